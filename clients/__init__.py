@@ -1,0 +1,1 @@
+"""Who looks: clients speak HTTP only and import nothing of ours."""

@@ -1,0 +1,1 @@
+"""The asset bundles: one folder an asset, with its manifest and meshes."""

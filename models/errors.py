@@ -1,0 +1,47 @@
+"""Errors of what is known before the first frame: what is wrong, where, and what to do."""
+
+from pathlib import Path
+
+
+class SnapfitError(Exception):
+    """Base of every error that snapfit raises on purpose; its text is written for the user."""
+
+
+class PoseError(SnapfitError):
+    """A pose that is no rigid motion: not finite, not 4x4, or its rotation not orthonormal."""
+
+
+class CameraError(SnapfitError):
+    """A camera that cannot exist: size, focal length or depth scale not positive or not finite."""
+
+
+class MeshError(SnapfitError):
+    """A mesh that cannot be tracked: missing, empty, not closed where it must be, wrong unit."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+        self.problem = problem
+
+
+class ManifestError(SnapfitError):
+    """A manifest (`asset.toml`) that is refused; names the file and the key."""
+
+    def __init__(self, path: Path, key: str, problem: str) -> None:
+        super().__init__(f"{path}: {key}: {problem}" if key else f"{path}: {problem}")
+        self.path = path
+        self.key = key
+        self.problem = problem
+
+
+class SequenceError(SnapfitError):
+    """A recorded sequence that cannot be opened; names the file and the key."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+        self.problem = problem
+
+
+class ViewpointModelError(SnapfitError):
+    """A viewpoint model that could not be generated or read back."""

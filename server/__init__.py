@@ -1,0 +1,1 @@
+"""How others see it: the worker, the pose store, the HTTP API, the command line."""

@@ -1,0 +1,1 @@
+"""The `snapfit` command line."""

@@ -1,0 +1,1 @@
+"""The per-frame work: sources, modalities, optimiser, tracker."""

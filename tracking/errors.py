@@ -1,0 +1,20 @@
+"""The errors of the per-frame work. Each says what is wrong, where, and what to do."""
+
+from snapfit.models.errors import SnapfitError
+
+
+class FrameError(SnapfitError):
+    """One frame that cannot be used: the worker counts it, logs it once, and goes on."""
+
+    def __init__(self, frame: str, problem: str) -> None:
+        super().__init__(f"frame {frame}: {problem}")
+        self.frame = frame
+        self.problem = problem
+
+
+class SourceError(SnapfitError):
+    """A source that cannot deliver any frame."""
+
+
+class TrackingError(SnapfitError):
+    """A tracker that cannot be made or started: unknown method, unknown part, no camera."""

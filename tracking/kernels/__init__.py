@@ -1,0 +1,1 @@
+"""Compiled kernels of the tracker: small, free of Python objects, nogil, cached."""
