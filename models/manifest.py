@@ -9,7 +9,14 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    model_validator,
+)
 
 from snapfit.models.errors import PoseError
 from snapfit.models.pose import Pose
@@ -40,7 +47,9 @@ def parse_pose(value: object) -> Pose:
     )
 
 
-PoseField = Annotated[Pose, BeforeValidator(parse_pose)]
+PoseField = Annotated[
+    Pose, BeforeValidator(parse_pose), PlainSerializer(lambda pose: pose.matrix.tolist())
+]
 Name = Annotated[str, Field(pattern=_NAME, max_length=64)]
 Vector = tuple[float, float, float]
 Colour = Annotated[int, Field(ge=0, le=255)]

@@ -8,8 +8,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-_COMMENT_SUFFIX = "note"
-
 
 def describe(error: ValidationError, known_keys: Iterable[str]) -> tuple[str, str]:
     """The first problem of a validation, as (dotted key, what is wrong and what to do).
@@ -36,11 +34,6 @@ def dotted(location: Iterable[int | str]) -> str:
         else:
             key += f".{item}" if key else item
     return key
-
-
-def is_comment(key: str) -> bool:
-    """Whether a key of a sequence is a remark for people: `note`, `initial_pose_note`, ..."""
-    return key.endswith(_COMMENT_SUFFIX)
 
 
 def field_keys(*models: Any) -> set[str]:
