@@ -1,0 +1,95 @@
+"""What the tracker knows of a part before the first frame: name, meshes, viewpoint model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba.typed import List
+
+from snapfit.models.asset import Part
+from snapfit.models.mesh import Mesh
+from snapfit.models.viewpoint_model import ViewpointModel, load_viewpoint_model
+from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.kernels.types import Models
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A part as the tracker sees it.
+
+    Attributes:
+        name: the part's name.
+        mesh: surface, metres, body frame.
+        views: its sparse viewpoint model.
+    """
+
+    name: str
+    mesh: Mesh
+    views: ViewpointModel
+
+
+def load_bodies(
+    parts: Sequence[Part], progress: Callable[[str, float], None] | None = None
+) -> tuple[Body, ...]:
+    """The bodies of parts, with viewpoint models from the cache or made now.
+
+    Args:
+        parts: what is to be tracked.
+        progress: called with a message and the share that is done, 0 to 1.
+
+    Raises:
+        TrackingError: no part, or two of one name.
+        ViewpointModelError: a model can neither be read nor made.
+    """
+    names = [part.name for part in parts]
+    if not names:
+        raise TrackingError("there is no part to track: the asset has none with `tracked = true`")
+    if len(set(names)) != len(names):
+        raise TrackingError(f"two parts have the same name: {', '.join(sorted(names))}")
+    bodies = []
+    for i, part in enumerate(parts):
+
+        def report(share: float, i: int = i, name: str = part.name) -> None:
+            if progress is not None:
+                progress(f"viewpoint model of {name}", (i + share) / len(parts))
+
+        bodies.append(Body(part.name, part.mesh, load_viewpoint_model(part.mesh, report)))
+    return tuple(bodies)
+
+
+def pack_models(bodies: Sequence[Body], lines_max: int, points_max: int) -> Models:
+    """The bodies' viewpoint models side by side, as the kernels take them.
+
+    Views get lines in proportion to their contour's length and points in proportion to their
+    surface ("adaptive coverage", M3T): a bar seen from its end does not crowd its few pixels.
+    """
+    contours, surfaces = List(), List()
+    for body in bodies:
+        contours.append(_readonly(body.views.contour))
+        surfaces.append(_readonly(body.views.surface))
+    return Models(
+        directions=np.array(bodies[0].views.directions, dtype=np.float32),
+        neighbours=np.array(bodies[0].views.neighbours, dtype=np.int16),
+        contours=contours,
+        surfaces=surfaces,
+        units=np.array([body.views.unit_m for body in bodies], dtype=np.float32),
+        centers=np.array([body.views.center_m for body in bodies], dtype=np.float32),
+        line_counts=_counts([body.views.contour_length_m for body in bodies], lines_max),
+        point_counts=_counts([body.views.surface_area_m2 for body in bodies], points_max),
+    )
+
+
+def _readonly(array: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
+    """The same memory (a mapped file's, too) as a plain array of one type for all bodies."""
+    plain = np.asarray(array)[:]
+    plain.setflags(write=False)
+    return plain
+
+
+def _counts(measures: Sequence[npt.NDArray[np.float32]], most: int) -> npt.NDArray[np.int64]:
+    shares = [np.asarray(measure) / np.asarray(measure).max() for measure in measures]
+    return np.ceil(np.array(shares) * most).astype(np.int64)

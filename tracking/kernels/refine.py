@@ -1,0 +1,229 @@
+"""One frame of all bodies, compiled: correspond, differentiate, solve; coarse to fine.
+
+The work is cut into (body, part of its lines and points) and spread over the threads; Python is
+entered once a frame.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from snapfit.tracking.kernels.depth import find_points
+from snapfit.tracking.kernels.geometry import intrinsics, multiply_poses
+from snapfit.tracking.kernels.normal_equations import add_depth, add_region
+from snapfit.tracking.kernels.region import find_lines
+from snapfit.tracking.kernels.solve import apply_variation, newton_step
+from snapfit.tracking.kernels.types import (
+    F64,
+    I64,
+    Bodies,
+    Cameras,
+    DepthSettings,
+    Images,
+    Lines,
+    Models,
+    OcclusionSettings,
+    Points,
+    RegionSettings,
+)
+from snapfit.tracking.kernels.view import closest_view
+
+
+@njit(cache=True, nogil=True)
+def place_body(body: int, cameras: Cameras, models: Models, bodies: Bodies) -> None:
+    """Closest view and single-precision poses of a body."""
+    bodies.views[body] = closest_view(
+        models.directions,
+        models.neighbours,
+        bodies.poses[body],
+        models.centers[body],
+        bodies.views[body],
+    )
+    bodies.color_poses[body] = bodies.poses[body]
+    multiply_poses(cameras.depth_from_color, bodies.poses[body], bodies.depth_poses[body])
+
+
+@njit(cache=True, nogil=True)
+def correspond(
+    body: int,
+    part: int,
+    n_parts: int,
+    iteration: int,
+    images: Images,
+    cameras: Cameras,
+    models: Models,
+    bodies: Bodies,
+    region: RegionSettings,
+    depth: DepthSettings,
+    occlusion: OcclusionSettings,
+    lines: Lines,
+    points: Points,
+    counts: I64,
+) -> None:
+    """Find one part in `n_parts` of a body's lines and points; counts (2, 4) are written anew."""
+    view = bodies.views[body]
+    unit = models.units[body]
+    scratch = np.empty(64, dtype=np.float32)
+    counts[:] = 0
+    n = models.line_counts[body, view]
+    find_lines(
+        body,
+        part * n // n_parts,
+        (part + 1) * n // n_parts,
+        iteration,
+        images,
+        cameras,
+        bodies,
+        models.contours[body][view],
+        unit,
+        region,
+        occlusion,
+        lines,
+        counts[0],
+        scratch,
+    )
+    n = models.point_counts[body, view]
+    find_points(
+        body,
+        part * n // n_parts,
+        (part + 1) * n // n_parts,
+        iteration,
+        images,
+        cameras,
+        bodies,
+        models.surfaces[body][view],
+        unit,
+        depth,
+        occlusion,
+        points,
+        counts[1],
+        scratch,
+    )
+
+
+@njit(cache=True, nogil=True)
+def differentiate(
+    body: int,
+    iteration: int,
+    update: int,
+    cameras: Cameras,
+    models: Models,
+    bodies: Bodies,
+    region: RegionSettings,
+    lines: Lines,
+    points: Points,
+    gradient: F64,
+) -> None:
+    """Gradient (6,) and Hessian (into `bodies.hessians`) of a body at its pose."""
+    gradient[:] = 0.0
+    bodies.hessians[body] = 0.0
+    bodies.color_poses[body] = bodies.poses[body]
+    pose = bodies.color_poses[body]
+    jacobian = np.empty(6, dtype=np.float32)
+    add_region(
+        body,
+        models.line_counts[body, bodies.views[body]],
+        pose,
+        intrinsics(cameras.color),
+        region,
+        iteration,
+        update < region.global_updates,
+        lines,
+        gradient,
+        bodies.hessians[body],
+        jacobian,
+    )
+    add_depth(
+        body,
+        models.point_counts[body, bodies.views[body]],
+        pose,
+        points,
+        gradient,
+        bodies.hessians[body],
+        jacobian,
+    )
+
+
+@njit(cache=True, nogil=True)
+def step_body(body: int, bodies: Bodies, gradient: F64, tikhonov: F64) -> None:
+    """Newton step of one body; a failed one leaves the pose and says so in `bodies.solved`."""
+    step = np.empty(6)
+    system = bodies.hessians[body].copy()
+    if newton_step(gradient, system, tikhonov[0], tikhonov[1], step):
+        apply_variation(bodies.poses[body], step)
+    else:
+        bodies.solved[body] = 0
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def refine(
+    n_iterations: int,
+    n_updates: int,
+    n_parts: int,
+    images: Images,
+    cameras: Cameras,
+    models: Models,
+    bodies: Bodies,
+    region: RegionSettings,
+    depth: DepthSettings,
+    occlusion: OcclusionSettings,
+    tikhonov: F64,
+    lines: Lines,
+    points: Points,
+    counts: I64,
+) -> None:
+    """Refine the poses of all bodies against one frame (ICG, section 3.5).
+
+    Args:
+        n_iterations, n_updates: correspondence and update iterations.
+        n_parts: parts that a body's lines and points are cut into, for the threads.
+        images, cameras, models: what is seen, by what, of what.
+        bodies: poses are refined in place.
+        region, depth, occlusion: parameters.
+        tikhonov: (2,) of rotation and translation.
+        lines, points: working arrays; hold the last correspondences afterwards.
+        counts: (B, n_parts, 2, 4) of lines and points, of the last iteration.
+    """
+    n_bodies = bodies.poses.shape[0]
+    bodies.solved[:] = 1
+    for iteration in range(n_iterations):
+        for body in range(n_bodies):
+            if bodies.active[body]:
+                place_body(body, cameras, models, bodies)
+        for task in prange(n_bodies * n_parts):
+            body = task // n_parts
+            part = task - body * n_parts
+            if bodies.active[body]:
+                correspond(
+                    body,
+                    part,
+                    n_parts,
+                    iteration,
+                    images,
+                    cameras,
+                    models,
+                    bodies,
+                    region,
+                    depth,
+                    occlusion,
+                    lines,
+                    points,
+                    counts[body, part],
+                )
+        for body in prange(n_bodies):
+            gradient = np.empty(6)
+            for update in range(n_updates * bodies.active[body]):
+                differentiate(
+                    body,
+                    iteration,
+                    update,
+                    cameras,
+                    models,
+                    bodies,
+                    region,
+                    lines,
+                    points,
+                    gradient,
+                )
+                step_body(body, bodies, gradient, tikhonov)

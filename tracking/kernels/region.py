@@ -1,0 +1,229 @@
+"""The region modality's correspondences (Stoiber et al., SRT3D, IJCV 2022, section 3).
+
+A correspondence line runs across the projected contour. Its pixels' colour posteriors are
+multiplied in segments; smoothed step functions turn them into a discrete posterior over the
+contour's offset along the line.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from snapfit.tracking.kernels.geometry import intrinsics, rotate, transform
+from snapfit.tracking.kernels.occlusion import hidden
+from snapfit.tracking.kernels.types import (
+    CONSIDERED,
+    F32,
+    FAST,
+    I16,
+    I64,
+    NORMAL_UNIT,
+    OCCLUDED,
+    U8,
+    VALID,
+    Bodies,
+    Cameras,
+    Images,
+    Lines,
+    OcclusionSettings,
+    RegionSettings,
+)
+
+_TAPS = 8
+_BINS = 12
+_SEGMENTS = _TAPS + _BINS - 1
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def find_lines(
+    body: int,
+    first: int,
+    last: int,
+    iteration: int,
+    images: Images,
+    cameras: Cameras,
+    bodies: Bodies,
+    contour: I16,
+    unit: np.float32,
+    settings: RegionSettings,
+    occlusion: OcclusionSettings,
+    lines: Lines,
+    counts: I64,
+    scratch: F32,
+) -> None:
+    """Correspondence lines first..last of a body, for one iteration.
+
+    Args:
+        body: index of the body.
+        first, last: range of the contour points, last excluded.
+        iteration: correspondence iteration, selects scale and threshold.
+        images, cameras: what is seen.
+        bodies: poses and colour tables are read.
+        contour: (N, 9) the view's contour points; see `ViewpointModel.contour`.
+        unit: metres a count of `contour`.
+        settings, occlusion: parameters.
+        lines: written.
+        counts: (4,) written: considered, occluded, valid lines of this range.
+        scratch: (2 * 19,) room for the segments' probabilities.
+    """
+    pose = bodies.color_poses[body]
+    camera = intrinsics(cameras.color)
+    scale = settings.scales[iteration]
+    for i in range(first, last):
+        lines.valid[body, i] = 0
+        px = contour[i, 0] * unit
+        py = contour[i, 1] * unit
+        pz = contour[i, 2] * unit
+        x, y, z = transform(pose, px, py, pz)
+        if z <= 0.0:
+            continue
+        u = camera.fx * x / z + camera.cx
+        v = camera.fy * y / z + camera.cy
+        if not (0.0 <= u < camera.width - 1 and 0.0 <= v < camera.height - 1):
+            continue
+        px_per_m = camera.fx / z
+        continuous = min(contour[i, 6], contour[i, 7]) * unit * px_per_m
+        if continuous < settings.min_continuous * scale:
+            continue
+        counts[CONSIDERED] += 1
+        if hidden(
+            body,
+            images,
+            cameras,
+            bodies.depth_poses[body],
+            px,
+            py,
+            pz,
+            contour[i, 8] * unit,
+            u,
+            v,
+            z,
+            occlusion,
+        ):
+            counts[OCCLUDED] += 1
+            continue
+        nx, ny, _ = rotate(
+            pose,
+            contour[i, 3] * NORMAL_UNIT,
+            contour[i, 4] * NORMAL_UNIT,
+            contour[i, 5] * NORMAL_UNIT,
+        )
+        length = math.sqrt(nx * nx + ny * ny)
+        if length < 1e-3:
+            continue
+        place = lines.place[body, i]
+        place[0], place[1], place[2], place[3] = u, v, nx / length, ny / length
+        place[6], place[7] = contour[i, 6] * unit * px_per_m, contour[i, 7] * unit * px_per_m
+        if not segment_probabilities(images.color, bodies.tables[body], scale, place, scratch):
+            continue
+        posterior(scratch, settings.step_foreground, lines.posterior[body, i])
+        moments(lines.posterior[body, i], settings.min_variance, lines.moments[body, i])
+        lines.point[body, i, 0], lines.point[body, i, 1], lines.point[body, i, 2] = px, py, pz
+        lines.valid[body, i] = 1
+        counts[VALID] += 1
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def segment_probabilities(color: U8, table: F32, scale: int, place: F32, segments: F32) -> bool:
+    """Multiply the pixels' posteriors in segments of `scale` px along the dominant image axis.
+
+    Args:
+        color: (H, W, 3) BGR.
+        table: (4096,) posterior of the foreground, by colour (4 bits a channel).
+        scale: pixels of a segment.
+        place: (8,) centre and normal are read; offset of the pixel grid and segments per px along
+            the normal are written.
+        segments: (2 * 19,) written: foreground, then background probabilities, from the inside
+            of the body outwards, normalised.
+
+    Returns:
+        False where the line leaves the image.
+    """
+    height, width = color.shape[0], color.shape[1]
+    u, v, nu, nv = place[0], place[1], place[2], place[3]
+    horizontal = abs(nu) >= abs(nv)
+    dominant = abs(nu) if horizontal else abs(nv)
+    center = u if horizontal else v
+    half = np.float32(0.5) * (_SEGMENTS * scale - 1)
+    sign = 1 if (nu if horizontal else nv) > 0.0 else -1
+    # The innermost pixel, on the grid of the dominant axis; the rest follows along the normal.
+    start = math.floor(center - sign * half + np.float32(0.5))
+    delta = start + sign * half - center
+    slope = (nv if horizontal else nu) / dominant
+    minor = (v if horizontal else u) + slope * sign * (start - center) + np.float32(0.5)
+    end = start + sign * (_SEGMENTS * scale - 1)
+    minor_end = minor + slope * (_SEGMENTS * scale - 1)
+    major_size = width if horizontal else height
+    minor_size = height if horizontal else width
+    if min(start, end) < 0 or max(start, end) >= major_size:
+        return False
+    if min(minor, minor_end) < 0.5 or max(minor, minor_end) >= minor_size - 0.5:
+        return False
+    place[4] = delta * sign / dominant
+    place[5] = dominant / scale
+
+    step_u = np.float32(sign) if horizontal else slope
+    step_v = slope if horizontal else np.float32(sign)
+    at_u = np.float32(start + 0.5) if horizontal else minor
+    at_v = minor if horizontal else np.float32(start + 0.5)
+    for s in range(_SEGMENTS):
+        foreground = np.float32(1.0)
+        background = np.float32(1.0)
+        for _ in range(scale):
+            row, column = int(at_v), int(at_u)
+            p = table[
+                (int(color[row, column, 0]) >> 4 << 8)
+                | (int(color[row, column, 1]) >> 4 << 4)
+                | (int(color[row, column, 2]) >> 4)
+            ]
+            foreground *= p
+            background *= np.float32(1.0) - p
+            at_u += step_u
+            at_v += step_v
+        total = foreground + background
+        if total > 0.0:
+            segments[s] = foreground / total
+        else:
+            segments[s] = np.float32(0.5)
+        segments[_SEGMENTS + s] = np.float32(1.0) - segments[s]
+    return True
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def posterior(segments: F32, step_foreground: F32, out: F32) -> None:
+    """The posterior over the contour's offset (SRT3D, equation 14): product over the taps.
+
+    Args:
+        segments: (2 * 19,) foreground, then background probabilities.
+        step_foreground: (8,) smoothed step function of the foreground.
+        out: (12,) written; sums to one.
+    """
+    for d in range(_BINS):
+        out[d] = np.float32(1.0)
+    for k in range(_TAPS):
+        f = step_foreground[k]
+        b = np.float32(1.0) - f
+        for d in range(_BINS):
+            out[d] *= segments[d + k] * f + segments[_SEGMENTS + d + k] * b
+    area = np.float32(0.0)
+    for d in range(_BINS):
+        area += out[d]
+    inverse = np.float32(1.0) / area
+    for d in range(_BINS):
+        out[d] *= inverse
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def moments(distribution: F32, min_variance: np.float32, out: F32) -> None:
+    """Mean (from the line's centre) and variance of a posterior, segments."""
+    mean = np.float32(0.0)
+    for d in range(_BINS):
+        mean += d * distribution[d]
+    variance = np.float32(0.0)
+    for d in range(_BINS):
+        variance += (d - mean) * (d - mean) * distribution[d]
+    out[0] = mean - np.float32(0.5 * (_BINS - 1))
+    out[1] = max(variance, min_variance)

@@ -1,0 +1,188 @@
+"""What the kernels share: settings as named tuples, working arrays of all bodies side by side.
+
+Shapes: B bodies, N lines or points of a body, V views. All lengths are metres, angles rad, image
+places px; single precision is enough (a pixel of 1280 is resolved to 1e-4).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba.typed import List
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+I16 = npt.NDArray[np.int16]
+I64 = npt.NDArray[np.int64]
+U8 = npt.NDArray[np.uint8]
+U16 = npt.NDArray[np.uint16]
+
+FAST = {"contract", "reassoc", "nsz", "arcp"}
+"""Fast mathematics that still knows NaN and infinity: a diverged step must be seen."""
+
+NORMAL_UNIT = np.float32(1.0 / 32767.0)
+
+
+class Intrinsics(NamedTuple):
+    """A pinhole camera, px."""
+
+    fx: np.float32
+    fy: np.float32
+    cx: np.float32
+    cy: np.float32
+    width: int
+    height: int
+
+
+class Images(NamedTuple):
+    """What is seen in one frame.
+
+    Attributes:
+        color: (H, W, 3) BGR.
+        depth: (h, w) depth image, `Cameras.depth_unit` metres a count; 0 and 65535 are nothing.
+        near_depth, near_id: the small rendering of all bodies at their predicted poses; depth in
+            m, 0 is nothing; id is the body's index + 1.
+        neighboured: (B,) 1 where another body's image may touch the body's.
+    """
+
+    color: U8
+    depth: U16
+    near_depth: F32
+    near_id: U8
+    neighboured: U8
+
+
+class Cameras(NamedTuple):
+    """The two cameras.
+
+    Attributes:
+        color, depth: (6,) intrinsics, see `intrinsics`; parallel kernels take no nested tuples.
+        depth_unit: metres a count of the depth image.
+        color_from_depth, depth_from_color: (4, 4) between the cameras.
+    """
+
+    color: F32
+    depth: F32
+    depth_unit: np.float32
+    color_from_depth: F32
+    depth_from_color: F64
+
+
+class Models(NamedTuple):
+    """The sparse viewpoint models of all bodies; the geodesic grid is the same for each.
+
+    Attributes:
+        directions: (V, 3) unit, body frame, from the centre to the viewpoint.
+        neighbours: (V, 6) adjacent views.
+        contours: for each body (V, N, 9), see `ViewpointModel.contour`.
+        surfaces: for each body (V, N, 7), see `ViewpointModel.surface`.
+        units: (B,) metres a count of the two.
+        centers: (B, 3) centre of the viewpoints, body frame, m.
+        line_counts, point_counts: (B, V) lines and points that a view gets.
+    """
+
+    directions: F32
+    neighbours: I16
+    contours: List[I16]
+    surfaces: List[I16]
+    units: F32
+    centers: F32
+    line_counts: I64
+    point_counts: I64
+
+
+class Bodies(NamedTuple):
+    """The state of all bodies.
+
+    Attributes:
+        active: (B,) 1 where the body takes part.
+        poses: (B, 4, 4) camera_from_body, colour camera.
+        color_poses, depth_poses: (B, 4, 4) single precision, in the two cameras' frames.
+        views: (B,) closest view.
+        tables: (B, 4096) posterior of the foreground, by colour.
+        solved: (B,) 0 where a Newton step failed.
+        hessians: (B, 6, 6) of the last step, without regularisation.
+    """
+
+    active: U8
+    poses: F64
+    color_poses: F32
+    depth_poses: F32
+    views: I64
+    tables: F32
+    solved: U8
+    hessians: F64
+
+
+class RegionSettings(NamedTuple):
+    """The region modality; arrays have an entry for each correspondence iteration."""
+
+    scales: I64
+    sigmas: F32
+    step_foreground: F32
+    min_continuous: np.float32
+    min_variance: np.float32
+    learning_rate: np.float32
+    global_updates: int
+
+
+class DepthSettings(NamedTuple):
+    """The depth modality; arrays have an entry for each correspondence iteration."""
+
+    considered: F32
+    sigmas: F32
+    stride: np.float32
+
+
+class OcclusionSettings(NamedTuple):
+    """Measured and modelled occlusion."""
+
+    measured: bool
+    modelled: bool
+    radius: np.float32
+    measured_threshold: np.float32
+    modelled_threshold: np.float32
+    image_scale: np.float32
+
+
+class Lines(NamedTuple):
+    """The correspondence lines of all bodies.
+
+    Attributes:
+        point: (B, N, 3) contour point, body frame.
+        place: (B, N, 8) centre u, v; normal u, v; offset of the pixel grid along the normal, px;
+            segments per px along the normal; continuous foreground and background distance, px.
+        posterior: (B, N, 12) over the contour's offset, sums to one.
+        moments: (B, N, 2) mean and variance of the posterior, segments.
+        valid: (B, N) 1 where the line takes part.
+    """
+
+    point: F32
+    place: F32
+    posterior: F32
+    moments: F32
+    valid: U8
+
+
+class Points(NamedTuple):
+    """The surface points of all bodies.
+
+    Attributes:
+        point: (B, N, 3) body frame.
+        normal: (B, N, 3) body frame.
+        measured: (B, N, 3) closest measured point, colour camera frame.
+        weight: (B, N) 1 / variance of the measured point, 1/m^2.
+        valid: (B, N) 1 where the point takes part.
+    """
+
+    point: F32
+    normal: F32
+    measured: F32
+    weight: F32
+    valid: U8
+
+
+CONSIDERED, OCCLUDED, VALID, SUPPORTING = 0, 1, 2, 3
+"""What became of lines and points: in the image; hidden; taking part; agreeing with the pose."""

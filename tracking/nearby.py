@@ -1,0 +1,71 @@
+"""Modelled occlusion: a small rendering of all bodies where they are expected."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from numba.typed import List
+
+from snapfit.models.camera import PinholeCamera
+from snapfit.models.mesh import simplified
+from snapfit.tracking.body import Body
+from snapfit.tracking.kernels.nearby import render_nearby
+from snapfit.tracking.kernels.types import Bodies, OcclusionSettings
+from snapfit.tracking.parameters import OcclusionParameters
+
+
+class NearbyRendering:
+    """Which body is in front where, at a quarter of the image's size, from simplified meshes.
+
+    Attributes:
+        depth: (h, w) float32, m, 0 is nothing.
+        part_id: (h, w) uint8, index of the body + 1, 0 is nothing.
+        neighboured: (B,) 1 where a body's image may touch another's.
+    """
+
+    def __init__(
+        self, bodies: Sequence[Body], camera: PinholeCamera, parameters: OcclusionParameters
+    ) -> None:
+        small = camera.scaled(parameters.image_scale if parameters.modelled else 0.01)
+        self._vertices, self._faces = List(), List()
+        for body in bodies:
+            mesh = simplified(body.mesh, parameters.faces_max)
+            self._vertices.append(mesh.vertices)
+            self._faces.append(mesh.faces)
+        self._centers = np.array([body.mesh.center_m for body in bodies], dtype=np.float32)
+        self._radii = np.array([body.mesh.radius_m for body in bodies], dtype=np.float64)
+        self._intrinsics = np.array([small.fx, small.fy, small.cx, small.cy])
+        self.depth: npt.NDArray[np.float32] = np.zeros(
+            (small.height, small.width), dtype=np.float32
+        )
+        self.part_id: npt.NDArray[np.uint8] = np.zeros((small.height, small.width), dtype=np.uint8)
+        self.neighboured: npt.NDArray[np.uint8] = np.zeros(len(bodies), dtype=np.uint8)
+
+    def render(self, bodies: Bodies) -> None:
+        """Draw the active bodies at their poses."""
+        render_nearby(
+            self._vertices,
+            self._faces,
+            self._centers,
+            self._radii,
+            bodies.active,
+            bodies.poses,
+            self._intrinsics,
+            self.depth,
+            self.part_id,
+            self.neighboured,
+        )
+
+
+def occlusion_settings(parameters: OcclusionParameters, *, has_depth: bool) -> OcclusionSettings:
+    """The parameters as the kernels take them; without a depth camera nothing is measured."""
+    return OcclusionSettings(
+        measured=parameters.measured and has_depth,
+        modelled=parameters.modelled,
+        radius=np.float32(parameters.radius_m),
+        measured_threshold=np.float32(parameters.measured_threshold_m),
+        modelled_threshold=np.float32(parameters.modelled_threshold_m),
+        image_scale=np.float32(parameters.image_scale),
+    )

@@ -1,0 +1,145 @@
+"""The numeric parameters of the trackers. Defaults after Stoiber et al. (SRT3D, ICG, M3T) and GBOT.
+
+Every value that changes from one correspondence iteration to the next is a tuple, coarse to fine;
+its last entry repeats.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from snapfit.tracking.errors import TrackingError
+
+FUNCTION_LENGTH = 8
+"""Taps of the smoothed step functions (SRT3D, section 3.2)."""
+DISTRIBUTION_LENGTH = 12
+"""Bins of the discrete posterior over a line's contour offset."""
+LINE_SEGMENTS = FUNCTION_LENGTH + DISTRIBUTION_LENGTH - 1
+"""Segments of a correspondence line."""
+
+
+@dataclass(frozen=True)
+class RegionParameters:
+    """The region modality (SRT3D).
+
+    Attributes:
+        lines_max: correspondence lines of a body at most.
+        scales_px: pixels of a segment, along the dominant image axis.
+        standard_deviations_px: of the contour's place, an iteration.
+        min_continuous_distance: foreground and background a line needs on both sides, segments.
+        amplitude: of the smoothed step functions, 0 to 0.5.
+        slope: of the smoothed step functions, segments.
+        learning_rate: factor on the local gradient of the posterior.
+        global_updates: first updates of an iteration that use mean and variance of the posterior.
+    """
+
+    lines_max: int = 300
+    scales_px: tuple[int, ...] = (9, 7, 5, 2, 2, 2)
+    standard_deviations_px: tuple[float, ...] = (25.0, 15.0, 10.0, 10.0, 10.0, 10.0)
+    min_continuous_distance: float = 3.0
+    amplitude: float = 0.43
+    slope: float = 0.5
+    learning_rate: float = 1.3
+    global_updates: int = 1
+
+    @property
+    def min_variance(self) -> float:
+        """Smallest variance that a posterior may claim, segments squared (SRT3D, equation 29)."""
+        laplace = 1.0 / (2.0 * math.atanh(2.0 * self.amplitude) ** 2)
+        return max(laplace, self.slope)
+
+
+@dataclass(frozen=True)
+class DepthParameters:
+    """The depth modality (ICG): point to plane against the closest measured point.
+
+    Attributes:
+        points_max: surface points of a body at most.
+        considered_distances_m: how far away a measured point may lie, at 1 m distance.
+        standard_deviations_m: of a measured point, at 1 m distance.
+        stride_m: spacing of the samples of the search window, at 1 m distance.
+    """
+
+    points_max: int = 300
+    considered_distances_m: tuple[float, ...] = (0.1, 0.08, 0.05)
+    standard_deviations_m: tuple[float, ...] = (0.05, 0.03, 0.02)
+    stride_m: float = 0.008
+
+
+@dataclass(frozen=True)
+class HistogramParameters:
+    """The colour histograms: 16 bins a channel, foreground and background.
+
+    Attributes:
+        foreground_rate, background_rate: share of the newest frame, 0 to 1.
+        unconsidered_length_px: left out on both sides of the contour.
+        considered_length_px: sampled on both sides at most.
+        shared: one pair of histograms for all bodies.
+    """
+
+    foreground_rate: float = 0.2
+    background_rate: float = 0.2
+    unconsidered_length_px: float = 0.5
+    considered_length_px: float = 20.0
+    shared: bool = False
+
+
+@dataclass(frozen=True)
+class OcclusionParameters:
+    """What hides a part: measured (a hand, in the depth image), modelled (another tracked part).
+
+    Attributes:
+        measured, modelled: whether each is looked at.
+        radius_m: around a contour or surface point.
+        measured_threshold_m: how much nearer than the model something measured must be.
+        modelled_threshold_m: how much nearer another tracked part must be.
+        image_scale: size of the modelled rendering, in colour image sizes.
+        faces_max: faces of a part in the modelled rendering.
+    """
+
+    measured: bool = True
+    modelled: bool = True
+    radius_m: float = 0.01
+    measured_threshold_m: float = 0.03
+    modelled_threshold_m: float = 0.005
+    image_scale: float = 0.25
+    faces_max: int = 800
+
+
+@dataclass(frozen=True)
+class OptimiserParameters:
+    """Newton's method with Tikhonov regularisation.
+
+    Attributes:
+        correspondence_iterations: searches for correspondences a frame.
+        update_iterations: Newton steps for each.
+        tikhonov_rotation: regularisation of the rotation, 1/rad^2.
+        tikhonov_translation: regularisation of the translation, 1/m^2.
+    """
+
+    correspondence_iterations: int = 6
+    update_iterations: int = 2
+    tikhonov_rotation: float = 100.0
+    tikhonov_translation: float = 1000.0
+
+
+@dataclass(frozen=True)
+class TrackerParameters:
+    """All that a tracker needs to know beside bodies and cameras."""
+
+    region: RegionParameters | None = field(default_factory=RegionParameters)
+    depth: DepthParameters | None = field(default_factory=DepthParameters)
+    histogram: HistogramParameters = field(default_factory=HistogramParameters)
+    occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
+    optimiser: OptimiserParameters = field(default_factory=OptimiserParameters)
+
+    def __post_init__(self) -> None:
+        if self.region is None and self.depth is None:
+            raise TrackingError("a tracker needs the region modality, the depth modality, or both")
+
+
+def per_iteration(values: Sequence[float], iterations: int) -> list[float]:
+    """The value of each correspondence iteration; the last one given repeats."""
+    return [float(values[min(i, len(values) - 1)]) for i in range(iterations)]
