@@ -17,7 +17,8 @@ def describe(error: ValidationError, known_keys: Iterable[str]) -> tuple[str, st
         known_keys: keys that the file may hold, for a "did you mean" after a misspelt one.
     """
     problems = error.errors(include_url=False)
-    first = problems[0]
+    # A misspelt key is also a missing one: the spelling is what helps.
+    first = min(problems, key=lambda problem: problem["type"] != "extra_forbidden")
     key = dotted(first["loc"])
     problem = _sentence(first["type"], first["msg"], first.get("input"), first["loc"], known_keys)
     if len(problems) > 1:
