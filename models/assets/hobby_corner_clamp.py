@@ -17,6 +17,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+
 from snapfit.models.assets.solids import (
     Points,
     Solid,
@@ -39,7 +40,7 @@ DIRECTORY = Path(__file__).parent / "hobby-corner-clamp"
 JAW_IN_BASE_MM = (8.5, 0.0, 2.9)
 JAW_TRAVEL_MM = (-27.5, 13.0)
 BOLT_IN_BASE_MM = (-74.7, 0.0, 7.0)
-BOLT_ENGAGED_MM = 15.8
+BOLT_ENGAGED_MM = 12.0
 THREAD_LEAD_MM = 15.0
 
 _BASE_WIDTH, _BASE_HEIGHT, _PLATE = 99.0, 54.0, 12.0
@@ -55,7 +56,7 @@ _JAW_FLOOR = -_JAW_HEIGHT / 2 + 8.8
 _TONGUE_X = (-34.5, -8.5)
 _RIDGE_X = -8.0
 
-_BOLT_LENGTH, _THREAD_LENGTH = 131.0, 52.0
+_BOLT_LENGTH, _THREAD_LENGTH = 131.0, 48.2
 _KNOB_TO_Z = -41.5
 _STARTS, _THREAD_RADIUS, _ROOT_RADIUS, _PILOT_RADIUS = 3, 9.0, 6.8, 5.8
 _LOBES, _LOBE_AT, _LOBE_RADIUS = 3, 25.86, 7.1
@@ -93,7 +94,7 @@ def _fence() -> Solid:
 
 def _boss() -> Solid:
     """An arch around the bolt's axis, and a rib on both of its sides."""
-    arch = np.concatenate([circle(20.0, 40) + (0, _AXIS_Z), [(-23.0, 1.0), (23.0, 1.0)]])
+    arch = np.concatenate([circle(20.0, 40, (0, _AXIS_Z)), [(-23.0, 1.0), (23.0, 1.0)]])
     outline = arch[_convex_order(arch)]
     # The prism's axis z becomes the base's x, its x the base's y.
     solid = chamfered(outline, _BOSS_X, 1.2)
@@ -172,8 +173,10 @@ def _jaw_body() -> Solid:
     nose = _JAW_LENGTH / 2 + corner * (math.sqrt(2) - 1)
     shoulder = nose - half
     sharp = np.array(
-        [(nose, 0), (shoulder, half), (_RIDGE_X, half), (tail, half)]
-        + [(tail, -17.0), (-22.0, -half), (_RIDGE_X, -half), (shoulder, -half)]
+        [
+            *[(nose, 0), (shoulder, half), (_RIDGE_X, half), (tail, half)],
+            *[(tail, -17.0), (-22.0, -half), (_RIDGE_X, -half), (shoulder, -half)],
+        ]
     )
     outline = rounded_polygon(sharp, corner, 10)
     edge = 2.0
@@ -243,9 +246,7 @@ def _knob() -> Solid:
     arms, dimples = [], []
     for i in range(_LOBES):
         angle_deg = 90 + 360 / _LOBES * i
-        outline = np.concatenate(
-            [circle(13.0, 36), circle(_LOBE_RADIUS, 24, (_LOBE_AT, 0.0))]
-        )
+        outline = np.concatenate([circle(13.0, 36), circle(_LOBE_RADIUS, 24, (_LOBE_AT, 0.0))])
         arm = chamfered(outline[_convex_order(outline)], (start + 3, _KNOB_TO_Z - 4), 2.0)
         arms.append(arm.rotate([0, 0, angle_deg]))
         dimple = cylinder(3.4, (start, 0), 24).translate([_LOBE_AT, 0, 0])

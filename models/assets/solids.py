@@ -41,9 +41,7 @@ def prism(outline: Points, z: Span) -> Solid:
 def chamfered(outline: Points, z: Span, chamfer: float) -> Solid:
     """A prism over a convex polygon (N, 2) with chamfered lower and upper edges."""
     inset = inset_polygon(outline, chamfer)
-    return hull(
-        (inset, z[0]), (outline, z[0] + chamfer), (outline, z[1] - chamfer), (inset, z[1])
-    )
+    return hull((inset, z[0]), (outline, z[0] + chamfer), (outline, z[1] - chamfer), (inset, z[1]))
 
 
 def hull(*rings: tuple[Points, float | Points]) -> Solid:
@@ -74,7 +72,8 @@ def rounded_polygon(outline: Points, radius: float, steps: int) -> Points:
         turn = (last - first) % (2 * math.pi)
         angles = first + turn * np.linspace(0, 1, steps + 1 if turn > 1e-6 else 1)
         corners.append(center + radius * np.column_stack([np.cos(angles), np.sin(angles)]))
-    return np.concatenate(corners)
+    arcs: Points = np.concatenate(corners)
+    return arcs
 
 
 def _normal_angle(side: Points) -> float:
