@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from snapfit.models.errors import MeshError
 from snapfit.models.pose import Pose
 

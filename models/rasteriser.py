@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
 from snapfit.models import raster_kernels as kernels
 from snapfit.models.camera import PinholeCamera
 from snapfit.models.mesh import Mesh
