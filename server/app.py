@@ -1,0 +1,69 @@
+"""The API: a FastAPI app that owns its stations while it runs.
+
+This process never imports Numba, OpenCV, Open3D or ONNX Runtime: it starts in about a second,
+stays small, and keeps answering when a worker dies.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+
+from fastapi import FastAPI
+
+from snapfit.server.clock import Clock
+from snapfit.server.fast_lane import PosesFastLane
+from snapfit.server.openapi import install_openapi
+from snapfit.server.problems import install_problem_handlers
+from snapfit.server.routes import pictures, poses, stations, system
+from snapfit.server.routes.page import page_router
+from snapfit.server.settings import Settings
+from snapfit.server.stations import Stations
+from snapfit.server.worker_spec import DEFAULT_PIPELINE
+
+_NICENESS = 5  # tracking comes first; an answer that waits a millisecond is still an answer
+
+
+def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
+    """The app; its stations open when it starts and close when it ends.
+
+    Args:
+        settings: what is served.
+        pipeline: "module:function" that opens source and tracker in the workers.
+    """
+    all_stations = Stations([settings.station], Clock.started_now(), pipeline)
+
+    @asynccontextmanager
+    async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+        try:
+            all_stations.open()
+            _lower_priority()
+            yield
+        finally:
+            all_stations.close()
+
+    app = FastAPI(
+        title="snapfit",
+        summary="6D poses of parts on a workbench.",
+        version=version("snapfit"),
+        lifespan=lifespan,
+        redoc_url=None,
+    )
+    app.state.stations = all_stations
+    app.add_middleware(PosesFastLane, stations=all_stations)
+    install_problem_handlers(app)
+    for router in (stations.router, poses.router, pictures.router):
+        app.include_router(router, prefix="/v1")
+    app.include_router(system.router)
+    app.include_router(page_router())
+    install_openapi(app)
+    return app
+
+
+def _lower_priority() -> None:
+    """Of this thread; on Linux the supervisors' threads, and so their workers, keep theirs."""
+    if sys.platform == "linux":
+        os.nice(_NICENESS)

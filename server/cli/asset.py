@@ -1,0 +1,98 @@
+"""`snapfit asset check`: is a bundle fit to be tracked, and what is in it?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from snapfit.server.cli.errors import clear_errors
+
+if TYPE_CHECKING:
+    from snapfit.models.asset import Asset
+
+asset_app = typer.Typer(no_args_is_help=True, help="Assets: parts, assembly graph, steps.")
+
+
+@asset_app.callback()
+def _asset() -> None:
+    """Keep `check` a command of its own though it is the only one."""
+
+
+@asset_app.command()
+def check(
+    directory: Annotated[
+        Path, typer.Argument(help="Folder with asset.toml, or the name of a bundled asset.")
+    ],
+) -> None:
+    """Check a bundle: manifest, meshes, units, assembly graph. Exit code 1 if it is refused."""
+    with clear_errors(exit_code=1):
+        from snapfit.models.asset import find_asset
+
+        asset = find_asset(directory)
+    console = Console(highlight=False)
+    console.print(f"[bold]{asset.title}[/bold] ({asset.name}), {asset.licence}")
+    console.print(_part_table(asset))
+    if asset.states:
+        console.print(_state_table(asset))
+    if asset.steps:
+        console.print(_step_table(asset))
+        # Plain, so that it can be pasted where Mermaid is drawn.
+        typer.echo(mermaid(asset))
+
+
+def mermaid(asset: Asset) -> str:
+    """The assembly graph in the language of Mermaid: states as nodes, steps as arrows."""
+    ids = {state.name: f"s{i}" for i, state in enumerate(asset.states)}
+    lines = ["graph TD"]
+    lines += [f'    {ids[state.name]}["{state.name}"]' for state in asset.states]
+    lines += [
+        f'    {ids[step.from_state]} -->|"{step.name}"| {ids[step.to_state]}'
+        for step in asset.steps
+    ]
+    return "\n".join(lines)
+
+
+def _part_table(asset: Asset) -> Table:
+    from snapfit.models.mesh import count_open_edges
+
+    table = Table("part", "class", "size mm", "faces", "closed", "symmetry", "tracked")
+    for part in asset.parts:
+        size_mm = (part.mesh.vertices.max(axis=0) - part.mesh.vertices.min(axis=0)) * 1000
+        n_open = count_open_edges(part.mesh.faces)
+        table.add_row(
+            part.name,
+            str(part.class_id),
+            " x ".join(f"{length:.1f}" for length in size_mm),
+            str(len(part.mesh.faces)),
+            "yes" if n_open == 0 else f"no, {n_open} open edges",
+            part.symmetry.kind,
+            "yes" if part.tracked else "no",
+        )
+    return table
+
+
+def _state_table(asset: Asset) -> Table:
+    table = Table("state", "links", "tolerances", "decides")
+    for state in asset.states:
+        links = state.links
+        table.add_row(
+            state.name,
+            "\n".join(f"{each.parent} <- {each.child} ({each.joint.type})" for each in links),
+            "\n".join(
+                f"{each.translation_tolerance_m * 1000:g} mm, {each.rotation_tolerance_deg:g} deg"
+                for each in links
+            ),
+            "\n".join("yes" if each.decides_switch else "no" for each in links),
+        )
+    return table
+
+
+def _step_table(asset: Asset) -> Table:
+    table = Table("step", "from", "to", "parts", "title")
+    for step in asset.steps:
+        table.add_row(step.name, step.from_state, step.to_state, ", ".join(step.parts), step.title)
+    return table

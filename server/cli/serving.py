@@ -1,0 +1,45 @@
+"""`snapfit demo` and `snapfit serve`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from snapfit.server.cli.progress import StartProgress
+from snapfit.server.run import run_server
+from snapfit.server.settings import Settings, load_settings, make_settings
+from snapfit.server.worker_spec import DEMO_SOURCE
+
+DEFAULT_ASSET = "hobby-corner-clamp"
+
+_Host = Annotated[str | None, typer.Option(help="Address to listen at; 0.0.0.0 for all.")]
+_Port = Annotated[int | None, typer.Option(min=1, max=65535, help="Port to listen at.")]
+
+
+def demo(
+    asset: Annotated[str, typer.Option(help="A bundled asset, or its folder.")] = DEFAULT_ASSET,
+    host: _Host = None,
+    port: _Port = None,
+) -> None:
+    """Track the simulated bench and serve its poses."""
+    station = {"source": DEMO_SOURCE, "asset": asset}
+    _serve(make_settings("snapfit demo", {"station": station}), host, port)
+
+
+def serve(
+    config: Annotated[Path, typer.Option(help="The settings.")] = Path("snapfit.toml"),
+    host: _Host = None,
+    port: _Port = None,
+) -> None:
+    """Track a station and serve its poses."""
+    _serve(load_settings(config), host, port)
+
+
+def _serve(settings: Settings, host: str | None, port: int | None) -> None:
+    given = {"host": host, "port": port}
+    update = {key: value for key, value in given.items() if value is not None}
+    settings = settings.model_copy(update=update)
+    run_server(settings, StartProgress(settings, Console()).follow)

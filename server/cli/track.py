@@ -1,0 +1,34 @@
+"""`snapfit track`: the tracker on a recording, without a server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snapfit.server.cli.errors import clear_errors
+
+
+def track(
+    sequence: Annotated[
+        Path, typer.Argument(help="Folder of a recorded sequence or of a BOP scene.")
+    ],
+    asset: Annotated[
+        str | None,
+        typer.Option(help="Bundled asset, or its folder, in place of the recording's parts."),
+    ] = None,
+    method: Annotated[str, typer.Option(help="Tracking method.")] = "icg",
+    out: Annotated[
+        Path | None, typer.Option(help="Write a line of JSON for each frame and part.")
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="Write an MP4 with the parts drawn into the image.")
+    ] = None,
+) -> None:
+    """Track the parts of a recording, and say how well it went where the truth is known."""
+    with clear_errors():
+        # The tracker's libraries take seconds to load, and --help needs none of them.
+        from snapfit.server.cli.track_run import run
+
+        run(sequence, asset=asset, method=method, out=out, video=video)

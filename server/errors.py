@@ -1,0 +1,40 @@
+"""The errors of the server. Each says what is wrong, where, and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from snapfit.models.errors import SnapfitError
+
+
+class SettingsError(SnapfitError):
+    """A setting that is refused; names the file (or the environment) and the key."""
+
+    def __init__(self, origin: Path | str, problems: list[str]) -> None:
+        super().__init__("\n".join(f"{origin}: {problem}" for problem in problems))
+        self.origin = origin
+        self.problems = problems
+
+
+class PortInUseError(SnapfitError):
+    """Another program listens at the address that the server was given."""
+
+    def __init__(self, host: str, port: int) -> None:
+        super().__init__(
+            f"port {port} on {host} is in use: choose another one with --port, "
+            f"for instance --port {port + 1}"
+        )
+        self.host = host
+        self.port = port
+
+
+class AddressError(SnapfitError):
+    """A host that this machine cannot listen at."""
+
+
+class StoreError(SnapfitError):
+    """A shared memory that is missing, of another version, damaged, or too small for a message."""
+
+
+class WorkerRefusedError(SnapfitError):
+    """A worker that could not start because of a file or a setting, in the worker's words."""

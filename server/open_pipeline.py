@@ -1,0 +1,45 @@
+"""Opens the source and the tracker of a station; the heavy imports are here. Workers only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from snapfit.models.asset import find_asset
+from snapfit.models.workbench.demo import demo_sequence
+from snapfit.server.pipeline import Image, Pipeline, Report
+from snapfit.server.worker_spec import DEMO_SOURCE, WorkerSpec
+from snapfit.tracking.errors import SourceError
+from snapfit.tracking.methods import create_tracker
+from snapfit.tracking.overlay import draw_overlay
+from snapfit.tracking.result import TrackingResult
+from snapfit.tracking.sources.recorded import RecordedSource, load_recording
+
+
+def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
+    """The source and the tracker of a station.
+
+    A recording is played forwards and backwards for ever, so that poses never jump.
+
+    Raises:
+        SnapfitError: whatever is refused: the asset, the source, the method.
+    """
+    asset = None if spec.asset is None else find_asset(spec.asset)
+    if spec.source == DEMO_SOURCE:
+        if asset is None:
+            raise SourceError("the simulated bench needs an asset: set station.asset")
+        report("rendering the simulated bench", 0.0)
+        folder = demo_sequence(asset, lambda share: report("rendering the simulated bench", share))
+    else:
+        folder = Path(spec.source)
+    report("opening the source", None)
+    source = RecordedSource(load_recording(folder, asset), loop="pingpong")
+    try:
+        tracker = create_tracker(spec.method, source.parts, source.camera, report)
+    except BaseException:
+        source.close()
+        raise
+
+    def draw(image: Image, result: TrackingResult) -> Image:
+        return draw_overlay(image, source.camera.color, source.parts, result.parts)
+
+    return Pipeline(source, tracker, draw)

@@ -1,0 +1,115 @@
+"""One error body everywhere: problem details, RFC 9457."""
+
+from __future__ import annotations
+
+import logging
+from http import HTTPStatus
+from typing import Any
+
+import orjson
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+
+from snapfit.server.schemas import Problem
+
+PROBLEM_TYPE = "application/problem+json"
+_LOG = logging.getLogger(__name__)
+
+
+class ProblemError(Exception):
+    """A request that cannot be answered.
+
+    Args:
+        status: the HTTP status.
+        kind: what kind of problem, for programs; becomes `urn:snapfit:problem:<kind>`.
+        detail: what is wrong and what to do, for people.
+        retry_after_s: when it is worth trying again.
+        members: further members of the body.
+    """
+
+    def __init__(
+        self,
+        status: HTTPStatus,
+        kind: str,
+        detail: str,
+        *,
+        retry_after_s: int | None = None,
+        **members: Any,
+    ) -> None:
+        super().__init__(detail)
+        self.status = status
+        self.kind = kind
+        self.detail = detail
+        self.retry_after_s = retry_after_s
+        self.members = members
+
+
+def problem_responses(*statuses: HTTPStatus) -> dict[int | str, dict[str, Any]]:
+    """What OpenAPI says of a route that may answer with these problems."""
+    reference = {"schema": {"$ref": "#/components/schemas/Problem"}}
+    return {
+        status.value: {"description": status.phrase, "content": {PROBLEM_TYPE: reference}}
+        for status in statuses
+    }
+
+
+def install_problem_handlers(app: FastAPI) -> None:
+    """Make every error of the app a problem."""
+    app.add_exception_handler(ProblemError, _on_problem)
+    app.add_exception_handler(HTTPException, _on_http_exception)
+    app.add_exception_handler(RequestValidationError, _on_invalid_request)
+    app.add_exception_handler(Exception, _on_bug)
+
+
+def problem_response(path: str, error: ProblemError) -> Response:
+    """The answer for a problem at this path."""
+    headers = {} if error.retry_after_s is None else {"Retry-After": str(error.retry_after_s)}
+    kind = f"urn:snapfit:problem:{error.kind}"
+    return _response(path, error.status, error.detail, kind, headers, **error.members)
+
+
+async def _on_problem(request: Request, error: Exception) -> Response:
+    if not isinstance(error, ProblemError):
+        raise error
+    return problem_response(request.url.path, error)
+
+
+async def _on_http_exception(request: Request, error: Exception) -> Response:
+    if not isinstance(error, HTTPException):
+        raise error
+    status = HTTPStatus(error.status_code)
+    detail = str(error.detail)
+    if status is HTTPStatus.NOT_FOUND:
+        detail = "There is nothing at this path; /openapi.json tells all paths."
+    elif status is HTTPStatus.METHOD_NOT_ALLOWED:
+        detail = f"{request.method} is not possible here; the header Allow tells what is."
+    return _response(request.url.path, status, detail, "about:blank", dict(error.headers or {}))
+
+
+async def _on_invalid_request(request: Request, error: Exception) -> Response:
+    if not isinstance(error, RequestValidationError):
+        raise error
+    errors = [
+        {"where": ".".join(str(step) for step in item["loc"]), "what": item["msg"]}
+        for item in error.errors()
+    ]
+    detail = "; ".join(f"{item['where']}: {item['what']}" for item in errors)
+    kind = "urn:snapfit:problem:invalid-request"
+    status = HTTPStatus.UNPROCESSABLE_ENTITY
+    return _response(request.url.path, status, detail, kind, {}, errors=errors)
+
+
+async def _on_bug(request: Request, error: Exception) -> Response:
+    _LOG.error("%s %s failed", request.method, request.url.path, exc_info=error)
+    detail = "The server made a mistake; its log tells more."
+    return _response(request.url.path, HTTPStatus.INTERNAL_SERVER_ERROR, detail, "about:blank", {})
+
+
+def _response(
+    path: str, status: HTTPStatus, detail: str, kind: str, headers: dict[str, str], **members: Any
+) -> Response:
+    problem = Problem(type=kind, title=status.phrase, status=status, detail=detail, instance=path)
+    body = orjson.dumps({**problem.model_dump(), **members})
+    headers = {"Cache-Control": "no-store", **headers}
+    return Response(body, status, headers, media_type=PROBLEM_TYPE)

@@ -1,0 +1,101 @@
+"""Runs the API in this process until it is told to end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import signal
+import socket
+import sys
+from collections.abc import Awaitable, Callable
+from types import FrameType
+
+import uvicorn
+
+from snapfit.server.app import create_app
+from snapfit.server.errors import AddressError, PortInUseError
+from snapfit.server.settings import Settings
+from snapfit.server.stations import Stations
+from snapfit.server.worker_spec import DEFAULT_PIPELINE
+
+_BACKLOG = 2048
+_SHUTDOWN_LIMIT_S = 2
+
+Companion = Callable[[Stations], Awaitable[None]]
+"""Runs beside the server; what it raises ends the server."""
+
+
+def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT_PIPELINE) -> None:
+    """Serve until SIGINT or SIGTERM, or until the companion raises.
+
+    Args:
+        settings: what is served, and where.
+        companion: runs beside the server, on its event loop.
+        pipeline: "module:function" that opens source and tracker in the workers.
+
+    Raises:
+        PortInUseError: another program listens there.
+        AddressError: this machine cannot listen there.
+        SnapfitError: raised by the companion.
+    """
+    listener = _listen(settings.host, settings.port)
+    app = create_app(settings, pipeline)
+    config = uvicorn.Config(
+        app,
+        loop="auto",
+        http="httptools",
+        ws="none",
+        access_log=False,
+        server_header=False,
+        log_level="warning",
+        timeout_graceful_shutdown=_SHUTDOWN_LIMIT_S,
+    )
+    # uvicorn raises the signal that ended it once more; it shall find nothing to do.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _ignore)
+    server = uvicorn.Server(config)
+    with listener, asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
+        runner.run(_serve(server, listener, companion(app.state.stations)))
+
+
+async def _serve(
+    server: uvicorn.Server, listener: socket.socket, companion: Awaitable[None]
+) -> None:
+    def end_if_failed(done: asyncio.Future[None]) -> None:
+        if not done.cancelled() and done.exception() is not None:
+            server.should_exit = True
+
+    beside = asyncio.ensure_future(companion)
+    beside.add_done_callback(end_if_failed)
+    await server.serve([listener])
+    beside.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await beside
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+    except socket.gaierror as error:
+        raise AddressError(f"host {host} is unknown ({error.strerror}): check --host") from error
+    listener = socket.socket(family, kind, protocol)
+    if sys.platform != "win32":
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind(address)
+        listener.listen(_BACKLOG)
+    except OSError as error:
+        listener.close()
+        if error.errno == errno.EADDRINUSE:
+            raise PortInUseError(host, port) from error
+        raise AddressError(
+            f"cannot listen at {host} port {port} ({error.strerror}): check --host and --port"
+        ) from error
+    return listener
+
+
+def _ignore(_number: int, _frame: FrameType | None) -> None:
+    """The signal has been heard already."""

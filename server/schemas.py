@@ -1,0 +1,210 @@
+"""What the API answers: the contract, version 1.
+
+Metres, seconds, radians; time stamps are integer microseconds of Unix time; quaternions are
+unit, order x, y, z, w. Poses are `camera_from_body` in the OpenCV camera frame (x right, y down,
+z forward).
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from snapfit.tracking.result import Status
+
+Confidence = Annotated[float, Field(ge=0, le=1)]
+TimestampUs = Annotated[int, Field(ge=0, description="Unix time, microseconds.")]
+Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
+Quaternion = Annotated[list[float], Field(min_length=4, max_length=4)]
+Covariance = Annotated[list[float], Field(min_length=36, max_length=36)]
+
+
+class Schema(BaseModel):
+    """Base of all answers: what is not written here is not said."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class PartPose(Schema):
+    """One part in one snapshot."""
+
+    part: str = Field(description="The part's name in its asset.")
+    status: Status = Field(
+        description="tracked: seen and followed; inferred: hidden, carried by its link; "
+        "predicted: hidden, carried by its motion; searching: not found yet; lost: was found, "
+        "is no more. A searching or lost part has neither position nor orientation."
+    )
+    confidence: Confidence = Field(description="0 to 1.")
+    position: Vector3 | None = Field(description="x, y, z of the body's origin, metres.")
+    orientation: Quaternion | None = Field(description="Unit quaternion x, y, z, w.")
+    covariance: Covariance | None = Field(
+        description="6x6, row-major, of the right perturbation in the body frame: rotation "
+        "(rad), then translation (m); null where unknown."
+    )
+    linear_velocity: Vector3 | None = Field(
+        description="m/s of the body's origin, in the camera frame; null until seen twice."
+    )
+    angular_velocity: Vector3 | None = Field(
+        description="rad/s, axis times rate, in the camera frame; null until seen twice."
+    )
+    linked_to: str | None = Field(description="The part that this one is mounted on, or null.")
+    last_seen_at_us: TimestampUs | None = Field(
+        description="Exposure of the last frame that this part was tracked in."
+    )
+
+
+class SnapshotHeader(Schema):
+    """What every snapshot carries, whatever parts it tells of."""
+
+    station: str
+    asset: str | None = Field(
+        description="The asset under assembly; null where loose parts are tracked."
+    )
+    boot_id: str = Field(
+        description="Names one run of the station's worker. After a restart it is another one, "
+        "and `seq` begins again."
+    )
+    seq: int = Field(ge=1, description="Grows by one with each snapshot of a boot_id.")
+    stale: bool = Field(
+        description="The worker is down, or this snapshot is older than the station's "
+        "`stale_after_s`: do not rely on it."
+    )
+    captured_at_us: TimestampUs = Field(description="Exposure of the frame.")
+    published_at_us: TimestampUs = Field(description="When the tracker was done with it.")
+    frame: Literal["camera"] = Field(description="The frame that poses are given in.")
+    convention: Literal["opencv"] = Field(description="x right, y down, z forward.")
+
+
+class PoseSnapshot(SnapshotHeader):
+    """The poses of all parts in the latest frame."""
+
+    parts: list[PartPose]
+    age_us: int = Field(
+        description="From the exposure to this answer, microseconds, by the server's clock."
+    )
+
+
+class PartSnapshot(SnapshotHeader):
+    """The pose of one part in the latest frame."""
+
+    pose: PartPose
+    age_us: int = Field(
+        description="From the exposure to this answer, microseconds, by the server's clock."
+    )
+
+
+class CameraInfo(Schema):
+    """A camera of a station."""
+
+    name: Literal["color", "depth"]
+    width: int = Field(description="px")
+    height: int = Field(description="px")
+    fx: float = Field(description="Focal length, px.")
+    fy: float = Field(description="Focal length, px.")
+    cx: float = Field(description="Principal point, px; pixel centres at integers.")
+    cy: float = Field(description="Principal point, px; pixel centres at integers.")
+    distortion: list[float] = Field(
+        description="Coefficients in OpenCV's order; empty: the images are undistorted."
+    )
+    color_from_camera: list[list[float]] = Field(
+        description="4x4, row-major, metres: from this camera's frame to the colour camera's."
+    )
+
+
+class Phase(StrEnum):
+    """What a worker is doing."""
+
+    STARTING = "starting"
+    RUNNING = "running"
+    ENDED = "ended"
+    FAILED = "failed"
+
+
+class StationFacts(Schema):
+    """What a worker knows of its station once its source is open."""
+
+    asset: str | None
+    source: str = Field(description="The source's name.")
+    method: str = Field(description="The tracking method.")
+    frame_rate_hz: float
+    parts: list[str] = Field(description="The tracked parts.")
+    cameras: list[CameraInfo]
+
+
+class WorkerReport(Schema):
+    """What a worker says of itself, twice a second."""
+
+    boot_id: str
+    phase: Phase
+    message: str = Field(description="What it is doing, or what went wrong.")
+    progress: float | None = Field(default=None, ge=0, le=1, description="Of what it is doing.")
+    frames: int = Field(default=0, description="Frames tracked since it started.")
+    bad_frames: int = Field(default=0, description="Frames that could not be used, skipped.")
+    last_bad_frame: str | None = Field(default=None, description="What was wrong with the last.")
+    frame_ms: float | None = Field(
+        default=None, description="Tracking time for a frame, median of the last 300, ms."
+    )
+    facts: StationFacts | None = None
+
+
+class WorkerHealth(Schema):
+    """The capture-and-track worker of a station."""
+
+    phase: Phase
+    message: str
+    progress: float | None
+    boot_id: str | None
+    pid: int | None = Field(description="Null while it is down.")
+    restarts: int = Field(description="How often it was started again.")
+    last_exit: str | None = Field(description="How it ended the last time.")
+    frames: int
+    bad_frames: int
+    last_bad_frame: str | None
+    frame_ms: float | None
+
+
+class StationInfo(Schema):
+    """One workbench: cameras and one asset under assembly."""
+
+    station: str
+    stale_after_s: float
+    stale: bool
+    facts: StationFacts | None = Field(description="Null until the worker has opened its source.")
+    worker: WorkerHealth
+
+
+class StationList(Schema):
+    """All stations of this server."""
+
+    stations: list[StationInfo]
+
+
+class ServerTime(Schema):
+    """The two inner stamps of a four-stamp clock synchronisation.
+
+    With the client's own stamps c1 (sent) and c2 (received), microseconds:
+    offset = ((received_at_us - c1) + (sent_at_us - c2)) / 2,
+    round trip = (c2 - c1) - (sent_at_us - received_at_us).
+    """
+
+    received_at_us: TimestampUs = Field(description="When the server took up the request (t1).")
+    sent_at_us: TimestampUs = Field(description="When it sent the answer (t2).")
+
+
+class Health(Schema):
+    """The API process itself."""
+
+    status: Literal["ok", "ready"]
+    version: str
+
+
+class Problem(BaseModel):
+    """An error, as in RFC 9457 (application/problem+json). It may carry further members."""
+
+    type: str = Field(default="about:blank", description="What kind of problem.")
+    title: str
+    status: int = Field(description="The HTTP status.")
+    detail: str = Field(description="What is wrong here, and what to do.")
+    instance: str = Field(description="The path that was asked for.")

@@ -1,0 +1,126 @@
+"""The settings: `snapfit.toml`, over it the environment (SNAPFIT_...), over it the command line."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
+
+from snapfit.server.errors import SettingsError
+from snapfit.server.worker_spec import DEMO_SOURCE
+
+_NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
+
+
+class StationSettings(BaseModel):
+    """One workbench: cameras and one asset under assembly."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(
+        default="bench-1",
+        pattern=_NAME,
+        max_length=64,
+        description="Name of the station in URLs: letters, digits, dot, dash, underscore.",
+    )
+    source: str = Field(
+        default=DEMO_SOURCE,
+        min_length=1,
+        description="Where frames come from: the folder of a recorded sequence or of a BOP "
+        "scene (from the settings file's folder), or 'demo', the simulated bench.",
+    )
+    asset: str | None = Field(
+        default=None,
+        min_length=1,
+        description="The asset under assembly: name of a bundled one, or its folder. Not needed "
+        "where the source names it.",
+    )
+    method: str = Field(default="icg", min_length=1, description="The tracking method.")
+    stale_after_s: float = Field(
+        default=0.5, gt=0, le=60, description="A snapshot older than this is stale, seconds."
+    )
+
+
+class Settings(BaseSettings):
+    """Everything that can be set."""
+
+    model_config = SettingsConfigDict(
+        extra="forbid", frozen=True, env_prefix="SNAPFIT_", env_nested_delimiter="__"
+    )
+
+    host: str = Field(
+        default="127.0.0.1",
+        min_length=1,
+        description="Address to listen at; 0.0.0.0 for all of this machine's.",
+    )
+    port: int = Field(default=8000, ge=1, le=65535, description="Port to listen at.")
+    station: StationSettings = Field(
+        default_factory=StationSettings, description="The workbench that is served."
+    )
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,
+        file_secret_settings: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """The environment goes over the file, whose values come through `init_settings`."""
+        del settings_cls, dotenv_settings, file_secret_settings
+        return env_settings, init_settings
+
+
+def load_settings(path: Path) -> Settings:
+    """The settings of a TOML file, with the environment over it.
+
+    A relative `station.source` or asset folder counts from the file's folder.
+
+    Raises:
+        SettingsError: the file is missing or no TOML, a key is unknown, a value is refused.
+    """
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise SettingsError(path, ["no such file"]) from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise SettingsError(path, [f"cannot be read: {error}"]) from error
+    except tomllib.TOMLDecodeError as error:
+        raise SettingsError(path, [f"is no TOML: {error}"]) from error
+    _count_from(path.parent, values)
+    return make_settings(path, values)
+
+
+def make_settings(origin: Path | str, values: dict[str, Any]) -> Settings:
+    """The settings of these values, with the environment over them.
+
+    Raises:
+        SettingsError: a key is unknown or a value is refused.
+    """
+    try:
+        return Settings(**values)
+    except ValidationError as error:
+        raise SettingsError(origin, [_problem(detail) for detail in error.errors()]) from error
+
+
+def _problem(detail: Any) -> str:
+    key = ".".join(str(step) for step in detail["loc"]) or "settings"
+    if detail["type"] == "extra_forbidden":
+        model = StationSettings if key.startswith("station.") else Settings
+        return f"{key}: unknown key; there are {', '.join(model.model_fields)}"
+    return f"{key}: {detail['msg']}, this is {detail['input']!r}"
+
+
+def _count_from(folder: Path, values: dict[str, Any]) -> None:
+    """Make relative folders of the file count from where the file lies."""
+    station = values.get("station")
+    if not isinstance(station, dict):
+        return
+    for key in ("source", "asset"):
+        value = station.get(key)
+        if isinstance(value, str) and (folder / value).is_dir():
+            station[key] = str(folder / value)

@@ -1,0 +1,195 @@
+"""A station as the API sees it: its latest snapshot, its pictures, its worker's health."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from http import HTTPStatus
+
+from snapfit.server.answers import Answer, SnapshotAnswers
+from snapfit.server.clock import Clock
+from snapfit.server.picture_message import PictureMessage, unpack_picture
+from snapfit.server.pose_store import Picture, PoseStore
+from snapfit.server.problems import ProblemError
+from snapfit.server.schemas import (
+    Phase,
+    StationFacts,
+    StationInfo,
+    WorkerHealth,
+    WorkerReport,
+)
+from snapfit.server.settings import StationSettings
+from snapfit.server.supervisor import Supervisor
+from snapfit.server.worker_spec import WorkerSpec
+
+_PICTURE_WAIT_S = 1.0
+_PICTURE_POLL_S = 0.01
+_PICTURE_WANTED_S = 2.0
+_RETRY_AFTER_S = 1
+
+
+class Station:
+    """Owns the pose store and the supervised worker of one workbench."""
+
+    def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
+        self.name = settings.name
+        self._clock = clock
+        self._stale_after_s = settings.stale_after_s
+        self._stale_after_us = round(settings.stale_after_s * 1e6)
+        self._store = PoseStore.create()
+        names = self._store.names
+        spec = WorkerSpec(
+            station=settings.name,
+            source=settings.source,
+            asset=settings.asset,
+            method=settings.method,
+            boot_id="",
+            wall_minus_monotonic_ns=clock.wall_minus_monotonic_ns,
+            poses_segment=names.poses,
+            pictures_segment=names.pictures,
+            pipeline=pipeline,
+        )
+        self._supervisor = Supervisor(spec, self._store)
+        self._answers: SnapshotAnswers | None = None
+        self._facts: StationFacts | None = None
+
+    def start(self) -> None:
+        """Start the worker."""
+        self._supervisor.start()
+
+    def close(self) -> None:
+        """End the worker and remove the store."""
+        self._supervisor.close()
+        self._store.close()
+
+    def poses(self) -> Answer:
+        """All parts in the latest snapshot.
+
+        Raises:
+            ProblemError: 503 before the first snapshot.
+        """
+        answers = self._latest()
+        return answers.all_parts(stale=self._is_stale(answers))
+
+    def part(self, name: str) -> Answer:
+        """One part in the latest snapshot.
+
+        Raises:
+            ProblemError: 503 before the first snapshot, 404 for an unknown part.
+        """
+        answers = self._latest()
+        answer = answers.one_part(name, stale=self._is_stale(answers))
+        if answer is None:
+            parts = answers.part_names
+            raise ProblemError(
+                HTTPStatus.NOT_FOUND,
+                "unknown-part",
+                f"Station {self.name} has no part {name!r}; it has {', '.join(parts)}.",
+                parts=parts,
+            )
+        return answer
+
+    async def picture(self, kind: Picture) -> PictureMessage:
+        """A picture of the latest snapshot or a later one; waits for it, at most a second.
+
+        Raises:
+            ProblemError: 503 when there is none in time.
+        """
+        wanted_generation = self._latest().generation
+        mailbox = self._store.pictures[kind]
+        give_up_at_s = time.monotonic() + _PICTURE_WAIT_S
+        seen = -1
+        while self._supervisor.status.pid is not None and time.monotonic() < give_up_at_s:
+            self._store.want(kind, _PICTURE_WANTED_S)
+            if mailbox.latest != seen:
+                seen = mailbox.latest
+                message = mailbox.read()
+                picture = None if message is None else unpack_picture(message.payload)
+                if picture is not None and picture.generation >= wanted_generation:
+                    return picture
+            await asyncio.sleep(_PICTURE_POLL_S)
+        raise ProblemError(
+            HTTPStatus.SERVICE_UNAVAILABLE,
+            "no-picture",
+            f"The worker of station {self.name} delivered no picture within {_PICTURE_WAIT_S:g} s.",
+            retry_after_s=_RETRY_AFTER_S,
+        )
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether the worker has given up for good, because of a file or a setting."""
+        return self._supervisor.status.refused
+
+    def is_ready(self) -> bool:
+        """Whether there is a fresh snapshot."""
+        answers = self._newest()
+        return answers is not None and not self._is_stale(answers)
+
+    def info(self) -> StationInfo:
+        """What the station is like, and how its worker does."""
+        report = self._report()
+        if report is not None and report.facts is not None:
+            self._facts = report.facts
+        return StationInfo(
+            station=self.name,
+            stale_after_s=self._stale_after_s,
+            stale=not self.is_ready(),
+            facts=self._facts,
+            worker=self._health(report),
+        )
+
+    def _health(self, report: WorkerReport | None) -> WorkerHealth:
+        status = self._supervisor.status
+        if report is None or (report.boot_id != status.boot_id and not status.refused):
+            # The worker in charge has not spoken yet.
+            message = "starting the worker"
+            if status.last_exit is not None:
+                message = f"the worker {status.last_exit}; starting it again"
+            report = WorkerReport(
+                boot_id=status.boot_id or "", phase=Phase.STARTING, message=message
+            )
+        return WorkerHealth(
+            phase=report.phase,
+            message=report.message,
+            progress=report.progress,
+            boot_id=status.boot_id,
+            pid=status.pid,
+            restarts=status.restarts,
+            last_exit=status.last_exit,
+            frames=report.frames,
+            bad_frames=report.bad_frames,
+            last_bad_frame=report.last_bad_frame,
+            frame_ms=report.frame_ms,
+        )
+
+    def _report(self) -> WorkerReport | None:
+        message = self._store.reports.read()
+        return None if message is None else WorkerReport.model_validate_json(message.payload)
+
+    def _newest(self) -> SnapshotAnswers | None:
+        answers = self._answers
+        if answers is None or answers.generation != self._store.snapshots.latest:
+            message = self._store.snapshots.read()
+            if message is None:
+                return None
+            answers = self._answers = SnapshotAnswers(*message)
+        return answers
+
+    def _latest(self) -> SnapshotAnswers:
+        answers = self._newest()
+        if answers is None:
+            worker = self._health(self._report())
+            raise ProblemError(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                "no-poses-yet",
+                f"Station {self.name} has tracked no frame yet: {worker.message}.",
+                retry_after_s=_RETRY_AFTER_S,
+                worker=worker.model_dump(),
+            )
+        return answers
+
+    def _is_stale(self, answers: SnapshotAnswers) -> bool:
+        return (
+            self._clock.now_us() - answers.captured_at_us > self._stale_after_us
+            or answers.boot_id != self._supervisor.status.boot_id
+        )

@@ -1,0 +1,171 @@
+"""Keeps a station's worker running: starts it, starts it again when it dies, ends it."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import secrets
+import signal
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass, replace
+
+from snapfit.server.pose_store import PoseStore
+from snapfit.server.schemas import Phase, WorkerReport
+from snapfit.server.worker_spec import REFUSED_EXIT_CODE, WorkerSpec
+
+_SILENCE_LIMIT_S = 10.0
+_END_LIMIT_S = 3.0
+_WATCH_PERIOD_S = 0.25
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class RestartPolicy:
+    """How long to wait before a worker that died is started again.
+
+    A worker that had been tracking is back at once; one that dies before it tracks has to wait
+    longer each time.
+
+    Attributes:
+        first_delay_s: after the first start that failed.
+        longest_delay_s: the delay doubles up to here.
+    """
+
+    first_delay_s: float = 0.5
+    longest_delay_s: float = 30.0
+
+    def delay_s(self, failed_starts: int) -> float:
+        """The delay after so many starts in a row that never came to tracking."""
+        if failed_starts == 0:
+            return 0.0
+        return min(self.first_delay_s * 2.0 ** (failed_starts - 1), self.longest_delay_s)
+
+
+@dataclass(frozen=True)
+class SupervisorStatus:
+    """What a supervisor knows of its worker.
+
+    Attributes:
+        boot_id: of the run in progress, None while the worker is down.
+        pid: its process, None while it is down.
+        restarts: how often it was started again.
+        last_exit: how it ended the last time.
+        refused: a file or a setting is wrong: it is not started again.
+    """
+
+    boot_id: str | None = None
+    pid: int | None = None
+    restarts: int = 0
+    last_exit: str | None = None
+    refused: bool = False
+
+
+class Supervisor:
+    """Runs one worker process after the other, from a thread of its own.
+
+    The thread keeps the priority that it was started with, and its workers with it: start it
+    before the API lowers its own.
+
+    Args:
+        spec: what the worker is told; its boot_id is set anew for each run.
+        store: watched for the worker's heartbeat.
+        policy: how long to wait before a restart.
+    """
+
+    def __init__(
+        self, spec: WorkerSpec, store: PoseStore, policy: RestartPolicy | None = None
+    ) -> None:
+        self.status = SupervisorStatus()
+        self._spec = spec
+        self._store = store
+        self._policy = policy or RestartPolicy()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"supervise-{spec.station}")
+
+    def start(self) -> None:
+        """Start the worker; returns at once."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the worker and the supervision; returns when both are gone."""
+        self._stop.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        failed_starts = 0
+        while not self._stop.is_set():
+            generation = self._store.snapshots.latest
+            exit_code = self._run_once()
+            if self._stop.is_set():
+                return
+            has_tracked = self._store.snapshots.latest > generation
+            failed_starts = 0 if has_tracked else failed_starts + 1
+            if exit_code == REFUSED_EXIT_CODE and not generation:
+                self.status = replace(self.status, refused=True)
+                return
+            delay_s = self._policy.delay_s(failed_starts)
+            _LOG.error(
+                "station %s: the worker %s; starting it again in %g s",
+                self._spec.station,
+                self.status.last_exit,
+                delay_s,
+            )
+            self._stop.wait(delay_s)
+            self.status = replace(self.status, restarts=self.status.restarts + 1)
+
+    def _run_once(self) -> int:
+        """Start a worker, wait until it is gone; its exit code."""
+        boot_id = secrets.token_hex(6)
+        spec = self._spec.model_copy(update={"boot_id": boot_id})
+        self._store.beat()
+        # A process group of its own: Ctrl-C in the terminal is the server's to handle.
+        with subprocess.Popen(
+            [sys.executable, "-m", "snapfit.server.worker"],
+            stdin=subprocess.PIPE,
+            bufsize=0,
+            process_group=0,
+        ) as process:
+            self.status = replace(self.status, boot_id=boot_id, pid=process.pid)
+            pipe = process.stdin
+            if pipe is not None:
+                with contextlib.suppress(BrokenPipeError):  # dead already: seen in `_wait`
+                    pipe.write(spec.model_dump_json().encode() + b"\n")
+            exit_code = self._wait(process, boot_id)
+        last_exit = describe_exit(exit_code)
+        self.status = replace(self.status, boot_id=None, pid=None, last_exit=last_exit)
+        return exit_code
+
+    def _wait(self, process: subprocess.Popen[bytes], boot_id: str) -> int:
+        """Until the process is gone: by itself, hung, or because `close` was called."""
+        while not self._stop.is_set():
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                return process.wait(_WATCH_PERIOD_S)
+            if self._is_tracking(boot_id) and self._store.silent_for_s() > _SILENCE_LIMIT_S:
+                _LOG.error("station %s: the worker hangs, it is killed", self._spec.station)
+                process.kill()
+        if process.stdin is not None:
+            process.stdin.close()
+        try:
+            return process.wait(_END_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            return process.wait()
+
+    def _is_tracking(self, boot_id: str) -> bool:
+        message = self._store.reports.read()
+        if message is None:
+            return False
+        report = WorkerReport.model_validate_json(message.payload)
+        return report.boot_id == boot_id and report.phase is not Phase.STARTING
+
+
+def describe_exit(exit_code: int) -> str:
+    """How a process ended, in words."""
+    if exit_code < 0:
+        return f"was killed by {signal.Signals(-exit_code).name}"
+    if exit_code == 0:
+        return "ended by itself"
+    return f"failed with exit code {exit_code}"

@@ -1,0 +1,157 @@
+"""The worker's loop: wait for the frame's time, read it, track it, publish it."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import replace
+from typing import Literal
+
+from snapfit.models.camera import PinholeCamera, RgbdCamera
+from snapfit.models.errors import PoseError
+from snapfit.models.pose import Pose
+from snapfit.server.clock import Clock
+from snapfit.server.pictures import PictureMaker
+from snapfit.server.pipeline import Pipeline
+from snapfit.server.pose_store import PoseStore
+from snapfit.server.reporter import Reporter
+from snapfit.server.schemas import CameraInfo, Phase, StationFacts
+from snapfit.server.snapshot import SnapshotWriter
+from snapfit.server.worker_spec import WorkerSpec
+from snapfit.tracking.errors import FrameError
+from snapfit.tracking.frame import Frame
+
+_LOG = logging.getLogger(__name__)
+
+
+class Pacer:
+    """Plays a recording at its frame rate; one that falls behind slows down, and never hurries."""
+
+    def __init__(self, frame_rate_hz: float) -> None:
+        self._period_ns = round(1e9 / frame_rate_hz)
+        self._due_ns = time.monotonic_ns()
+
+    def wait(self, stop: threading.Event) -> int:
+        """Wait until the next frame is due; its time, monotonic, ns."""
+        now_ns = time.monotonic_ns()
+        self._due_ns = max(self._due_ns + self._period_ns, now_ns)
+        stop.wait((self._due_ns - now_ns) / 1e9)
+        return self._due_ns
+
+
+class TrackingLoop:
+    """Tracks frame after frame until told to stop."""
+
+    def __init__(
+        self,
+        spec: WorkerSpec,
+        pipeline: Pipeline,
+        store: PoseStore,
+        reporter: Reporter,
+        clock: Clock,
+    ) -> None:
+        self._pipeline = pipeline
+        self._store = store
+        self._reporter = reporter
+        self._clock = clock
+        self._started = False
+        facts = _facts(spec, pipeline)
+        self._snapshots = SnapshotWriter(
+            station=spec.station, asset=facts.asset, boot_id=spec.boot_id, clock=clock
+        )
+        reporter.knows(facts)
+        _LOG.info(
+            "station %s: tracking %d parts of %s with %s at %g frames a second",
+            spec.station,
+            len(facts.parts),
+            facts.asset or facts.source,
+            spec.method,
+            facts.frame_rate_hz,
+        )
+
+    def run(self, stop: threading.Event) -> None:
+        """Until `stop`; after the source's end only the pictures go on.
+
+        Raises:
+            TrackingError: tracking cannot be started from the source's initial poses.
+        """
+        pictures = PictureMaker(self._store, self._pipeline)
+        pacer = Pacer(self._pipeline.source.frame_rate_hz)
+        self._reporter.report(Phase.STARTING, "waiting for the first frame")
+        try:
+            while not stop.is_set():
+                due_ns = pacer.wait(stop) + self._clock.wall_minus_monotonic_ns
+                if not self._next_frame(due_ns, pictures):
+                    self._reporter.report(Phase.ENDED, "the source has ended")
+                    break
+                self._reporter.beat()
+            while not stop.wait(timeout=0.5):
+                self._reporter.beat()
+        finally:
+            pictures.close()
+
+    def _next_frame(self, due_ns: int, pictures: PictureMaker) -> bool:
+        """One frame, from the source to the store; False at the source's end."""
+        try:
+            frame = self._pipeline.source.read()
+        except FrameError as error:
+            self._reporter.bad_frame(error.frame, error.problem)
+            return True
+        if frame is None:
+            return False
+        # A recording's own stamps are of another day: its frames are exposed as they are played.
+        self._track(replace(frame, captured_at_ns=due_ns), pictures)
+        return True
+
+    def _track(self, frame: Frame, pictures: PictureMaker) -> None:
+        tracker = self._pipeline.tracker
+        try:
+            if not self._started:
+                tracker.start(frame, self._pipeline.source.initial_poses)
+                self._started = True
+            result = tracker.track(frame)
+        except FrameError as error:
+            self._reporter.bad_frame(error.frame, error.problem)
+            return
+        except PoseError as error:
+            self._reporter.bad_frame(frame.name, str(error))
+            return
+        generation = self._store.snapshots.write(self._snapshots.write(result))
+        self._reporter.tracked(result.duration_ms)
+        pictures.offer(frame, result, generation)
+
+
+def _facts(spec: WorkerSpec, pipeline: Pipeline) -> StationFacts:
+    source = pipeline.source
+    return StationFacts(
+        asset=source.asset.name if source.asset else None,
+        source=source.name,
+        method=spec.method,
+        frame_rate_hz=source.frame_rate_hz,
+        parts=[part.name for part in source.parts if part.tracked],
+        cameras=_cameras(source.camera),
+    )
+
+
+def _cameras(camera: RgbdCamera) -> list[CameraInfo]:
+    cameras = [_camera("color", camera.color, Pose.identity())]
+    if camera.depth is not None:
+        cameras.append(_camera("depth", camera.depth, camera.color_from_depth))
+    return cameras
+
+
+def _camera(
+    name: Literal["color", "depth"], camera: PinholeCamera, color_from_camera: Pose
+) -> CameraInfo:
+    return CameraInfo(
+        name=name,
+        width=camera.width,
+        height=camera.height,
+        fx=camera.fx,
+        fy=camera.fy,
+        cx=camera.cx,
+        cy=camera.cy,
+        distortion=[],
+        color_from_camera=color_from_camera.matrix.tolist(),
+    )

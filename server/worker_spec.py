@@ -1,0 +1,40 @@
+"""What a worker is told when it is started, on its standard input."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+DEFAULT_PIPELINE = "snapfit.server.open_pipeline:open_pipeline"
+
+DEMO_SOURCE = "demo"
+"""The source that is no folder but the simulated bench."""
+
+REFUSED_EXIT_CODE = 3
+"""A worker that ends with this was refused by a file or a setting; starting it again is vain."""
+
+
+class WorkerSpec(BaseModel):
+    """One run of a worker.
+
+    Attributes:
+        station: the station's name.
+        source: a folder, or "demo" for the simulated bench.
+        asset: name or folder of the asset; None: as the source says.
+        method: the tracking method.
+        boot_id: names this run.
+        wall_minus_monotonic_ns: the server's time line, see `snapfit.server.clock`.
+        poses_segment, pictures_segment: names of the pose store.
+        pipeline: "module:function" that opens source and tracker, see `snapfit.server.pipeline`.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    station: str
+    source: str
+    asset: str | None
+    method: str
+    boot_id: str
+    wall_minus_monotonic_ns: int
+    poses_segment: str
+    pictures_segment: str
+    pipeline: str = DEFAULT_PIPELINE

@@ -1,0 +1,111 @@
+"""A small source and tracker for tests of the server: parts that move as written here.
+
+Workers get it by its dotted name; the environment tells what goes wrong:
+SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | slow-start
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from snapfit.models.asset import Asset, Part
+from snapfit.models.camera import AZURE_KINECT_720P, PinholeCamera, RgbdCamera
+from snapfit.models.mesh import Mesh
+from snapfit.models.pose import Pose
+from snapfit.server.pipeline import Image, Pipeline, Report
+from snapfit.server.worker_spec import WorkerSpec
+from snapfit.tracking.errors import FrameError, SourceError
+from snapfit.tracking.frame import Frame
+from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+
+FRAME_RATE_HZ = 30.0
+PART_NAMES = ("base", "jaw", "bolt", "knob", "pin", "pad", "rail", "cap")
+LOST_PART = "cap"
+X_VELOCITY_M_PER_S = 0.1
+CAMERA = RgbdCamera(AZURE_KINECT_720P.scaled(0.25), depth=PinholeCamera(64, 48, 50, 50, 32, 24))
+END_AFTER_FRAMES = 10
+
+
+def _triangle() -> Mesh:
+    vertices = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], dtype=np.float32)
+    return Mesh(vertices, np.array([[0, 1, 2]], dtype=np.int32))
+
+
+class ScriptedSource:
+    """Grey frames with their number; bad ones where asked for."""
+
+    name = "scripted"
+    camera = CAMERA
+    frame_rate_hz = FRAME_RATE_HZ
+
+    def __init__(self, fault: str) -> None:
+        self.parts = tuple(Part(name, _triangle()) for name in PART_NAMES)
+        self.asset = Asset("scripted-asset", "Scripted", "Apache-2.0", Path(), self.parts)
+        self.initial_poses: Mapping[str, Pose] = {name: Pose.identity() for name in PART_NAMES}
+        self._fault = fault
+        self._number = 0
+
+    def read(self) -> Frame | None:
+        self._number += 1
+        if self._fault == "end" and self._number > END_AFTER_FRAMES:
+            return None
+        if self._fault == "crash" and self._number > END_AFTER_FRAMES:
+            raise RuntimeError("a bug in a source")
+        if self._fault == "bad-frames" and self._number % 3 == 0:
+            raise FrameError(f"{self._number:06d}", "the depth image is missing")
+        color = np.full((180, 320, 3), self._number % 256, dtype=np.uint8)
+        return Frame(f"{self._number:06d}", 0, color)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+class ScriptedTracker:
+    """All parts go along x at a constant speed; one is lost."""
+
+    def __init__(self, fault: str) -> None:
+        self._fault = fault
+        self._start_ns = 0
+
+    def start(self, frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
+        assert set(camera_from_body) == set(PART_NAMES)
+        self._start_ns = frame.captured_at_ns
+
+    def track(self, frame: Frame) -> TrackingResult:
+        elapsed_s = (frame.captured_at_ns - self._start_ns) / 1e9
+        estimates = tuple(
+            self._estimate(name, place, elapsed_s) for place, name in enumerate(PART_NAMES)
+        )
+        return TrackingResult(frame.name, frame.captured_at_ns, estimates, duration_ms=1.0)
+
+    def _estimate(self, name: str, place: int, elapsed_s: float) -> PartEstimate:
+        if name == LOST_PART:
+            return PartEstimate(name, Status.LOST, 0.0, None)
+        x_m = 0.1 * place + X_VELOCITY_M_PER_S * elapsed_s
+        pose = Pose.exp([0.1 * place, 0.2, 0.3, x_m, 0.02, 0.7])
+        if self._fault == "nan-pose" and name == "jaw":
+            object.__setattr__(pose, "matrix", np.full((4, 4), np.nan))
+        covariance = np.diag([1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6]) + 1e-7 * elapsed_s
+        return PartEstimate(name, Status.TRACKED, 0.97, pose, covariance, 1.0)
+
+
+def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
+    fault = os.environ.get("SCRIPTED_FAULT", "")
+    if fault == "refused":
+        raise SourceError(f"{spec.source}: no such folder")
+    if fault == "slow-start":
+        for share in np.linspace(0, 1, 41):
+            report("generating viewpoint models", float(share))
+            time.sleep(0.05)
+
+    def draw(image: Image, result: TrackingResult) -> Image:
+        drawn = image.copy()
+        drawn[: len(result.parts)] = 255
+        return drawn
+
+    return Pipeline(ScriptedSource(fault), ScriptedTracker(fault), draw)

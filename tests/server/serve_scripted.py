@@ -1,0 +1,28 @@
+"""Runs the real server with the scripted pipeline: python serve_scripted.py PORT."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.console import Console
+
+from snapfit.models.errors import SnapfitError
+from snapfit.server.cli.progress import StartProgress
+from snapfit.server.run import run_server
+from snapfit.server.settings import make_settings
+
+
+def main() -> int:
+    settings = make_settings("the test", {"port": int(sys.argv[1])})
+    try:
+        run_server(
+            settings, StartProgress(settings, Console()).follow, "scripted_pipeline:open_pipeline"
+        )
+    except SnapfitError as error:
+        sys.stderr.write(f"refused: {error}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
