@@ -105,13 +105,15 @@ def load_asset(directory: Path) -> Asset:
 
 
 def find_asset(name_or_path: str | Path) -> Asset:
-    """Loads an asset by the name of a bundled one, or from a folder.
+    """Loads an asset by the name of a bundled one, or from its folder or manifest.
 
     Raises:
         ManifestError: neither; lists the bundled ones. Or as `load_asset`.
         MeshError: as `load_asset`.
     """
     path = Path(name_or_path)
+    if path.name == MANIFEST_NAME:
+        path = path.parent
     if path.is_dir():
         return load_asset(path)
     bundled = BUNDLED / path.name

@@ -107,7 +107,7 @@ class PartTable(Table):
     color_rgb: tuple[Colour, Colour, Colour] = Field(
         default=(160, 160, 160), description="Colour to draw the part in, 0 to 255 each."
     )
-    class_id: int = Field(ge=0, le=254, description="Class of the detector; BOP's obj_id.")
+    class_id: int = Field(ge=0, description="Class of the detector; BOP's obj_id.")
     symmetry: SymmetryTable = Field(default=SymmetryTable(), description="Symmetry of the part.")
     body_from_mesh: PoseField = Field(
         default_factory=Pose.identity,

@@ -79,6 +79,7 @@ def test_the_wrong_unit_is_told(bundle: Path, unit: str) -> None:
 def test_an_asset_is_found_by_folder(bundle: Path) -> None:
     assert find_asset(bundle).name == "pair"
     assert find_asset(str(bundle)).name == "pair"
+    assert find_asset(bundle / "asset.toml").directory == bundle
 
 
 def test_an_unknown_asset_lists_the_bundled_ones() -> None:
