@@ -7,6 +7,7 @@ writes take no memory.
 
 from __future__ import annotations
 
+import sys
 import time
 from dataclasses import dataclass
 from enum import StrEnum
@@ -90,15 +91,12 @@ class PoseStore:
         """
         poses = attach_segment(names.poses)
         try:
+            _check_version(poses)
             pictures = attach_segment(names.pictures)
         except StoreError:
             poses.close()
             raise
-        store = PoseStore(poses, pictures, owner=False)
-        if store._header[0] != _MAGIC:
-            store.close()
-            raise StoreError(f"shared memory {names.poses} was made by another version of snapfit")
-        return store
+        return PoseStore(poses, pictures, owner=False)
 
     @property
     def names(self) -> StoreNames:
@@ -134,11 +132,20 @@ class PoseStore:
         self._owner = False
 
     def _view(self, segment: SharedMemory, at: int, size: int) -> memoryview:
-        if segment.buf is None:
-            raise StoreError(f"shared memory {segment.name} is closed")
-        view = segment.buf[at : at + size]
+        view = _memory(segment)[at : at + size]
         self._views.append(view)
         return view
+
+
+def _memory(segment: SharedMemory) -> memoryview:
+    if segment.buf is None:
+        raise StoreError(f"shared memory {segment.name} is closed")
+    return segment.buf
+
+
+def _check_version(segment: SharedMemory) -> None:
+    if int.from_bytes(_memory(segment)[:8], sys.byteorder) != _MAGIC:
+        raise StoreError(f"shared memory {segment.name} was made by another version of snapfit")
 
 
 _PLACE = {kind: place for place, kind in enumerate(Picture)}

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from importlib.metadata import version
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
-from snapfit.models.errors import SnapfitError
+from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.document import openapi
 from snapfit.server.cli.serving import demo, serve
-from snapfit.server.errors import AddressError, PortInUseError, SettingsError
-
-_FAILED, _MISUSED = 1, 2
-_MISUSES = (AddressError, PortInUseError, SettingsError)
+from snapfit.server.cli.track import track
 
 app = typer.Typer(
     name="snapfit",
@@ -25,9 +19,9 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command()(demo)
-app.command()(serve)
-app.command()(openapi)
+for command in (demo, serve, track, openapi):
+    app.command()(command)
+app.add_typer(asset_app, name="asset")
 
 
 def _show_version(value: bool) -> None:
@@ -47,10 +41,5 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; an error of ours is a line or two on standard error."""
-    try:
-        app()
-    except SnapfitError as error:
-        console = Console(stderr=True, soft_wrap=True)
-        console.print(Text.assemble(("snapfit: ", "bold red"), str(error)))
-        sys.exit(_MISUSED if isinstance(error, _MISUSES) else _FAILED)
+    """Run the command line."""
+    app()

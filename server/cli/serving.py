@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from snapfit.server.cli.errors import clear_errors
 from snapfit.server.cli.progress import StartProgress
 from snapfit.server.run import run_server
 from snapfit.server.settings import Settings, load_settings, make_settings
@@ -25,8 +26,9 @@ def demo(
     port: _Port = None,
 ) -> None:
     """Track the simulated bench and serve its poses."""
-    station = {"source": DEMO_SOURCE, "asset": asset}
-    _serve(make_settings("snapfit demo", {"station": station}), host, port)
+    with clear_errors():
+        station = {"source": DEMO_SOURCE, "asset": asset}
+        _serve(make_settings("snapfit demo", {"station": station}), host, port)
 
 
 def serve(
@@ -35,7 +37,8 @@ def serve(
     port: _Port = None,
 ) -> None:
     """Track a station and serve its poses."""
-    _serve(load_settings(config), host, port)
+    with clear_errors():
+        _serve(load_settings(config), host, port)
 
 
 def _serve(settings: Settings, host: str | None, port: int | None) -> None:

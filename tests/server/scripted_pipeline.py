@@ -87,7 +87,8 @@ class ScriptedTracker:
         if name == LOST_PART:
             return PartEstimate(name, Status.LOST, 0.0, None)
         x_m = 0.1 * place + X_VELOCITY_M_PER_S * elapsed_s
-        pose = Pose.exp([0.1 * place, 0.2, 0.3, x_m, 0.02, 0.7])
+        turn = Pose.exp([0.1 * place, 0.2, 0.3, 0, 0, 0])
+        pose = Pose.from_rotation_translation(turn.rotation, (x_m, 0.02, 0.7))
         if self._fault == "nan-pose" and name == "jaw":
             object.__setattr__(pose, "matrix", np.full((4, 4), np.nan))
         covariance = np.diag([1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6]) + 1e-7 * elapsed_s

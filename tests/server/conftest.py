@@ -1,0 +1,20 @@
+"""One server for all tests that do it no harm."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from harness import Server, running
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Server]:
+    """One that nobody harms."""
+    with running() as it:
+        yield it.wait_ready()

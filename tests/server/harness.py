@@ -1,0 +1,99 @@
+"""A real server process on a free loopback port, with the scripted pipeline in its worker."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+HERE = Path(__file__).parent
+SHARED_MEMORY = Path("/dev/shm")
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def wait_for(condition: Callable[[], Any], limit_s: float = 10.0) -> Any:
+    """The first true value of the condition."""
+    give_up_at_s = time.monotonic() + limit_s
+    while time.monotonic() < give_up_at_s:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.01)
+    raise AssertionError(f"{condition} did not come true within {limit_s} s")
+
+
+def segments() -> set[str]:
+    return {path.name for path in SHARED_MEMORY.glob("snapfit-*")}
+
+
+def is_alive(pid: int) -> bool:
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+class Server:
+    """A running server."""
+
+    def __init__(self, fault: str = "", command: list[str] | None = None) -> None:
+        self.port = free_port()
+        self.segments_before = segments()
+        self.started_at_s = time.monotonic()
+        environment = {**os.environ, "PYTHONPATH": str(HERE), "SCRIPTED_FAULT": fault}
+        self.process = subprocess.Popen(
+            [*(command or [sys.executable, str(HERE / "serve_scripted.py")]), str(self.port)],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=5)
+
+    def get(self, path: str, **arguments: Any) -> httpx.Response:
+        return self.client.get(path, **arguments)
+
+    def answers(self) -> bool:
+        try:
+            return self.get("/healthz").status_code == 200
+        except httpx.TransportError:
+            return False
+
+    def wait_ready(self) -> Server:
+        wait_for(self.answers)
+        wait_for(lambda: self.get("/readyz").status_code == 200)
+        return self
+
+    def worker(self) -> dict[str, Any]:
+        worker: dict[str, Any] = self.get("/v1/stations/bench-1").json()["worker"]
+        return worker
+
+    def end(self, number: int = signal.SIGTERM) -> tuple[int, str, str]:
+        """Exit code, standard output, standard error."""
+        self.client.close()
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        out, err = self.process.communicate(timeout=10)
+        return self.process.returncode, out, err
+
+
+@contextmanager
+def running(fault: str = "") -> Iterator[Server]:
+    server = Server(fault)
+    try:
+        yield server
+    finally:
+        server.end()
