@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from snapfit.models.asset import find_asset
-from snapfit.models.workbench.demo import demo_sequence
+from snapfit.models.asset import Asset, find_asset
 from snapfit.server.pipeline import Image, Pipeline, Report
 from snapfit.server.worker_spec import DEMO_SOURCE, WorkerSpec
 from snapfit.tracking.errors import SourceError
@@ -24,13 +23,7 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         SnapfitError: whatever is refused: the asset, the source, the method.
     """
     asset = None if spec.asset is None else find_asset(spec.asset)
-    if spec.source == DEMO_SOURCE:
-        if asset is None:
-            raise SourceError("the simulated bench needs an asset: set station.asset")
-        report("rendering the simulated bench", 0.0)
-        folder = demo_sequence(asset, lambda share: report("rendering the simulated bench", share))
-    else:
-        folder = Path(spec.source)
+    folder = _demo(asset, report) if spec.source == DEMO_SOURCE else Path(spec.source)
     report("opening the source", None)
     source = RecordedSource(load_recording(folder, asset), loop="pingpong")
     try:
@@ -43,3 +36,13 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         return draw_overlay(image, source.camera.color, source.parts, result.parts)
 
     return Pipeline(source, tracker, draw)
+
+
+def _demo(asset: Asset | None, report: Report) -> Path:
+    from snapfit.models.workbench.demo import demo_sequence  # its renderer is for the demo alone
+
+    if asset is None:
+        raise SourceError("the simulated bench needs an asset: set station.asset")
+    message = "rendering the simulated bench"
+    report(message, None)
+    return demo_sequence(asset, lambda share: report(message, share))
