@@ -131,13 +131,14 @@ def fill_clipped(
         inverse_depth: (H, W) 1/m.
         labels: (H, W).
     """
-    kept = np.empty((4, 3))
-    n = 0
+    kept = np.zeros((4, 3))
+    n = np.int64(0)
     for i in range(3):
         j = (i + 1) % 3
         z_i, z_j = corners[i, 2], corners[j, 2]
         if z_i >= NEAR_M:
-            kept[n] = corners[i]
+            for axis in range(3):
+                kept[n, axis] = corners[i, axis]
             n += 1
         if (z_i >= NEAR_M) != (z_j >= NEAR_M):
             share = (NEAR_M - z_i) / (z_j - z_i)
@@ -145,9 +146,10 @@ def fill_clipped(
                 kept[n, axis] = corners[i, axis] + share * (corners[j, axis] - corners[i, axis])
             kept[n, 2] = NEAR_M
             n += 1
-    projected = project(kept[:n], intrinsics)
+    projected = project(kept, intrinsics)
+    first = np.int64(0)  # typed, because Numba compiles the callee once more for a literal
     for i in range(2, n):
-        fill_triangle(projected, 0, i - 1, i, label, inverse_depth, labels)
+        fill_triangle(projected, first, i - 1, i, label, inverse_depth, labels)
 
 
 @numba.njit(nogil=True, cache=True)
@@ -183,7 +185,7 @@ def fill_body(
             low_v, high_v = min(low_v, projected[i, 1]), max(high_v, projected[i, 1])
     clipped = False
     for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        a, b, c = np.int64(faces[f, 0]), np.int64(faces[f, 1]), np.int64(faces[f, 2])
         label = first_label + f * label_step
         n_seen = (projected[a, 2] > 0) + (projected[b, 2] > 0) + (projected[c, 2] > 0)
         if n_seen == 3:
@@ -191,7 +193,10 @@ def fill_body(
         elif n_seen > 0:
             clipped = True
             corners = np.empty((3, 3))
-            corners[0], corners[1], corners[2] = points[a], points[b], points[c]
+            for axis in range(3):
+                corners[0, axis] = points[a, axis]
+                corners[1, axis] = points[b, axis]
+                corners[2, axis] = points[c, axis]
             fill_clipped(corners, intrinsics, label, inverse_depth, labels)
     if clipped:
         return 0, height, 0, width

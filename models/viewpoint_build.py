@@ -28,7 +28,7 @@ _DISTANCE_IN_RADII = 4.0
 _CELLS_IN_OCCLUSION_RADIUS = 6
 _VIEWS_AT_ONCE = 32
 # Beyond this a finer mesh moves the outline by less than the image can show.
-_MAX_FACES = 60_000
+_MAX_FACES = 30_000
 
 
 def build_viewpoint_model(

@@ -68,7 +68,7 @@ def clear_crossings(crossings: Crossings) -> None:
     for i in range(crossings.used[0]):
         place = crossings.place[i]
         crossings.number[place[0], place[1], place[2]] = 0
-    crossings.used[:] = 0
+    crossings.used.fill(0)
 
 
 @numba.njit(nogil=True, cache=True)
@@ -105,8 +105,8 @@ def find_crossings(
             differ = front[edges[e, 2]] != front[edges[e, 3]]
             if differ == (edges[e, 4] == 1):
                 continue
-        _cross_lines(points, projected, edges[e, 0], edges[e, 1], 0, labels, crossings)
-        _cross_lines(points, projected, edges[e, 0], edges[e, 1], 1, labels, crossings)
+        for kind in range(2):
+            _cross_lines(points, projected, edges[e, 0], edges[e, 1], kind, labels, crossings)
 
 
 @numba.njit(nogil=True, cache=True)
@@ -203,8 +203,8 @@ def follow_contours(
         crossings: what is ordered; one that no edge gave is put in the middle of its pixels.
     """
     seen = np.zeros(len(crossings.place), dtype=np.bool_)
-    start = 0
-    n = 0
+    # Typed, because Numba compiles the callee once more for a literal.
+    start, n = np.int64(0), np.int64(0)
     while start < crossings.used[0]:
         first, i = n, start
         while i >= 0 and not seen[i]:

@@ -64,9 +64,11 @@ def fill_views(
     labels = np.zeros((size, size), dtype=np.int32)
     n_cells = (size + cell_px - 1) // cell_px
     cells = np.zeros((n_cells, n_cells), dtype=np.float32)
+    # Typed, because Numba compiles the callee once more for a literal.
+    one = np.int64(1)
     for i in range(len(poses)):
         points = to_camera(vertices, poses[i])
-        window = fill_body(points, faces, camera, 1, 1, inverse_depth, labels)
+        window = fill_body(points, faces, camera, one, one, inverse_depth, labels)
         find_crossings(points, project(points, camera), faces, edges, labels, crossings)
         follow_contours(labels, inverse_depth, camera, crossings)
         n_pixels = nearest_of_cells(inverse_depth, window, cell_px, cells)
@@ -86,5 +88,5 @@ def fill_views(
         if n_pixels > 0:
             fill_surface(view, normals, surface[i])
         clear_crossings(crossings)
-        inverse_depth[window[0] : window[1], window[2] : window[3]] = 0
-        labels[window[0] : window[1], window[2] : window[3]] = 0
+        inverse_depth.fill(0)
+        labels.fill(0)

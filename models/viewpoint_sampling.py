@@ -22,7 +22,7 @@ _GOLDEN = 0.6180339887498949
 _PLASTIC_U = 0.7548776662466927
 _PLASTIC_V = 0.5698402909980532
 _NORMAL_REACH_PX = 2.5
-_STRAIGHT_SHARE = 0.8
+_STRAIGHT_SHARE = 0.92
 _TRIES_PER_POINT = 64
 
 
@@ -57,7 +57,7 @@ def nearest_of_cells(
     inverse_depth: Singles, window: tuple[int, int, int, int], cell_px: int, cells: Singles
 ) -> int:
     """Fill `cells` with the largest inverse depths, and count the pixels of the silhouette."""
-    cells[:] = 0
+    cells.fill(0)
     n_pixels = 0
     for row in range(window[0], window[1]):
         for column in range(window[2], window[3]):
@@ -83,8 +83,7 @@ def fill_contour(view: View, crossings: Crossings, rows: Shorts) -> float:
     for i in range(len(rows)):
         while True:
             place = (place + _GOLDEN) % 1.0
-            k = int(np.searchsorted(crossings.length[: n + 1], place * total, side="right"))
-            k = min(max(k - 1, 0), n - 1)
+            k = _last_before(crossings.length, n, place * total)
             straight = _outward_normal(crossings, k, normal)
             tries += 1
             # At a sharp corner no direction is normal: draw another point, within reason.
@@ -98,10 +97,9 @@ def fill_contour(view: View, crossings: Crossings, rows: Shorts) -> float:
             rows[i, 3 + axis] = round(turned * _LARGEST)
         metre_px = point[2] / view.camera[0]
         metres_px += metre_px
-        inside = _continuous_px(view.labels, pixel, -normal[0], -normal[1], True)
-        outside = _continuous_px(view.labels, pixel, normal[0], normal[1], False)
-        rows[i, 6] = _count(inside * metre_px, view.unit_m)
-        rows[i, 7] = _count(outside * metre_px, view.unit_m)
+        for side in range(2):
+            distance_m = _continuous_px(view.labels, pixel, normal, side) * metre_px
+            rows[i, 6 + side] = _count(distance_m, view.unit_m)
         rows[i, 8] = _depth_offset(view, pixel[0], pixel[1], point[2])
     return total * metres_px / len(rows)
 
@@ -137,7 +135,20 @@ def fill_surface(view: View, normals: Singles, rows: Shorts) -> None:
         side = -_LARGEST if facing > 0 else _LARGEST
         for axis in range(3):
             rows[i, 3 + axis] = round(normals[face, axis] * side)
-        rows[i, 6] = _depth_offset(view, column, row, z)
+        rows[i, 6] = _depth_offset(view, float(column), float(row), z)
+
+
+@numba.njit(nogil=True, cache=True)
+def _last_before(lengths: Floats, n: int, length: float) -> int:
+    """The last of the first n ascending lengths that is not above `length` (0 if all are)."""
+    low, high = 0, n
+    while high - low > 1:
+        middle = (low + high) // 2
+        if lengths[middle] <= length:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 @numba.njit(nogil=True, cache=True)
@@ -171,9 +182,11 @@ def _outward_normal(crossings: Crossings, k: int, normal: Floats) -> float:
 
 
 @numba.njit(nogil=True, cache=True)
-def _continuous_px(labels: Ints, pixel: Floats, du: float, dv: float, inside: bool) -> float:
-    """How far one can go from a contour point until the silhouette ends (or begins), px."""
+def _continuous_px(labels: Ints, pixel: Floats, normal: Floats, side: int) -> float:
+    """How far the silhouette reaches inwards (side 0), the background outwards (side 1), px."""
     height, width = labels.shape
+    inside = side == 0
+    du, dv = (2 * side - 1) * normal[0], (2 * side - 1) * normal[1]
     reach = 1.0
     while True:
         column, row = round(pixel[0] + reach * du), round(pixel[1] + reach * dv)
