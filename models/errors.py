@@ -45,3 +45,7 @@ class SequenceError(SnapfitError):
 
 class ViewpointModelError(SnapfitError):
     """A viewpoint model that could not be generated or read back."""
+
+
+class WorkbenchError(SnapfitError):
+    """An asset that the simulated workbench cannot put together."""

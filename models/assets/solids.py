@@ -84,7 +84,8 @@ def _normal_angle(side: Points) -> float:
 def circle(radius: float, segments: int, center: tuple[float, float] = (0.0, 0.0)) -> Points:
     """(segments, 2) corners of a regular polygon, counter-clockwise, the first at angle 0."""
     angle = np.arange(segments) * (2 * math.pi / segments)
-    return np.column_stack([np.cos(angle), np.sin(angle)]) * radius + np.array(center)
+    corners: Points = np.column_stack([np.cos(angle), np.sin(angle)]) * radius + np.array(center)
+    return corners
 
 
 def thread(root_radius: float, crest_radius: float, lead: float, starts: int, z: Span) -> Solid:

@@ -1,0 +1,175 @@
+"""Hand-like motion of a part: carried along an arc, slid along a line, turned in as a screw.
+
+A motion maps a share of its duration (0 to 1) to `world_from_part`. It starts and ends at rest with
+the minimum-jerk profile of human arm movements (Flash and Hogan, 1985).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from snapfit.models.pose import Array, Pose
+
+_TREMOR_TRANSLATION_M = 0.00025
+_TREMOR_ROTATION_RAD = 0.002
+_TREMOR_WAVES = 4
+# Shares of the arc's duration between which a part is turned: once lifted, before it comes down.
+_TURN_FROM, _TURN_TO = 0.1, 0.95
+
+
+class Motion(Protocol):
+    """A way from one place to another."""
+
+    def at(self, share: float) -> Pose:
+        """`world_from_part` after a share of the duration, 0 to 1."""
+
+
+def minimum_jerk(share: float) -> float:
+    """Progress 0 to 1 after a share of the duration (Flash and Hogan, 1985, equation 8)."""
+    u = min(max(share, 0.0), 1.0)
+    return u**3 * (10 - 15 * u + 6 * u**2)
+
+
+@dataclass(frozen=True, eq=False)
+class Tremor:
+    """A hand's small involuntary motion: a few sines on each of six axes.
+
+    Attributes:
+        waves: (waves, 6, 3) amplitude (rad or m), cycles in the motion, phase (rad).
+    """
+
+    waves: Array
+
+    @staticmethod
+    def sampled(rng: np.random.Generator, duration_s: float) -> Tremor:
+        """Waves of 2 to 7 Hz."""
+        waves = np.empty((_TREMOR_WAVES, 6, 3))
+        scale = np.repeat([_TREMOR_ROTATION_RAD, _TREMOR_TRANSLATION_M], 3)
+        waves[..., 0] = rng.uniform(0.3, 1.0, (_TREMOR_WAVES, 6)) * scale
+        waves[..., 1] = rng.uniform(2.0, 7.0, (_TREMOR_WAVES, 6)) * duration_s
+        waves[..., 2] = rng.uniform(0, 2 * math.pi, (_TREMOR_WAVES, 6))
+        return Tremor(waves)
+
+    def at(self, share: float) -> Array:
+        """(6,) variation of the body, rotation (rad) and translation (m)."""
+        amplitude, cycles, phase = np.moveaxis(self.waves, -1, 0)
+        total: Array = (amplitude * np.sin(2 * math.pi * cycles * share + phase)).sum(axis=0)
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class Carry:
+    """Lifted, turned on the way, and brought to its place along a straight approach.
+
+    Attributes:
+        start: `world_from_part` where the part is taken.
+        goal: `world_from_part` where it is put.
+        lift_m: (3,) towards where it leaves its place, world frame; longer is a higher arc.
+        approach_m: (3,) from the goal back along the straight last stretch, world frame.
+        bend_m: how far the arc runs on beyond that stretch in the same direction.
+        tremor: of the hand; fades towards the start and the approach.
+    """
+
+    start: Pose
+    goal: Pose
+    lift_m: Array
+    approach_m: Array
+    bend_m: float
+    tremor: Tremor
+
+    @cached_property
+    def _arc(self) -> tuple[Array, Array]:
+        """Lengths (N,) along the path and its points (N, 3): a Bezier curve, then a line."""
+        end = self.goal.translation + self.approach_m
+        direction = self.approach_m / np.linalg.norm(self.approach_m)
+        controls = np.stack(
+            [
+                self.start.translation,
+                self.start.translation + self.lift_m,
+                end + direction * self.bend_m,
+                end,
+            ]
+        )
+        t = np.linspace(0, 1, 257)[:, None]
+        bernstein = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
+        points = np.vstack([bernstein @ controls, self.goal.translation])
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        return np.concatenate([[0], np.cumsum(steps)]), points
+
+    @cached_property
+    def _arc_share(self) -> float:
+        """Share of the duration after which only the straight approach is left."""
+        lengths, _ = self._arc
+        shares = np.linspace(0, 1, 257)
+        progress = [minimum_jerk(share) for share in shares]
+        return float(np.interp(lengths[-2] / lengths[-1], progress, shares))
+
+    def at(self, share: float) -> Pose:
+        """`world_from_part` after a share of the duration, 0 to 1."""
+        lengths, points = self._arc
+        length = minimum_jerk(share) * lengths[-1]
+        position = [np.interp(length, lengths, points[:, axis]) for axis in range(3)]
+        on_arc = min(length / lengths[-2], 1.0)
+        turning = (share / self._arc_share - _TURN_FROM) / (_TURN_TO - _TURN_FROM)
+        turned = minimum_jerk(turning)
+        turn = (self.start.inverse() @ self.goal).log()[:3]
+        rotation = self.start.rotation @ Pose.exp([*(turned * turn), 0, 0, 0]).rotation
+        pose = Pose.from_rotation_translation(rotation, position)
+        free = math.sin(math.pi * on_arc) ** 2
+        return pose.perturbed(free * self.tremor.at(share))
+
+
+@dataclass(frozen=True, eq=False)
+class Slide:
+    """Pushed along a line.
+
+    Attributes:
+        start: `world_from_part`.
+        goal: `world_from_part`, with the rotation of the start.
+    """
+
+    start: Pose
+    goal: Pose
+
+    def at(self, share: float) -> Pose:
+        """`world_from_part` after a share of the duration, 0 to 1."""
+        way = self.goal.translation - self.start.translation
+        position = self.start.translation + minimum_jerk(share) * way
+        return Pose.from_rotation_translation(self.start.rotation, position)
+
+
+@dataclass(frozen=True, eq=False)
+class Twist:
+    """Screwed in with a few twists of the wrist; between them the hand takes a new hold.
+
+    Attributes:
+        goal: `world_from_part` at the end.
+        axis: (3,) unit, part's frame, through its origin; a positive turn drives the screw on.
+        turn_rad: whole turn.
+        pitch_m: advance of one turn.
+        n_twists: how often the hand takes hold.
+        hold_share: share of a twist's duration in which the hand only changes its hold.
+    """
+
+    goal: Pose
+    axis: Array
+    turn_rad: float
+    pitch_m: float
+    n_twists: int
+    hold_share: float = 0.18
+
+    def at(self, share: float) -> Pose:
+        """`world_from_part` after a share of the duration, 0 to 1."""
+        # The last twist needs no new hold after it, so that the motion ends with it.
+        period = 1 / (self.n_twists - self.hold_share)
+        done = min(int(share / period), self.n_twists - 1)
+        within = minimum_jerk((share / period - done) / (1 - self.hold_share))
+        missing = self.turn_rad * (1 - (done + within) / self.n_twists)
+        advance = self.pitch_m * missing / (2 * math.pi)
+        back = Pose.exp([*(-missing * self.axis), *(-advance * self.axis)])
+        return self.goal @ back
