@@ -29,6 +29,7 @@ _READ_FAILURES = (
     AssertionError,
     OSError,
     EOFError,
+    ImportError,
     struct.error,
 )
 _ROWS_AT_ONCE = 512
@@ -48,9 +49,10 @@ class Mesh:
     faces: npt.NDArray[np.int32]
 
     def __post_init__(self) -> None:
-        # Writable too, because Numba compiles anew for read-only arrays.
-        object.__setattr__(self, "vertices", np.require(self.vertices, np.float32, ["C", "W"]))
-        object.__setattr__(self, "faces", np.require(self.faces, np.int32, ["C", "W"]))
+        # Plain, contiguous and writable: Numba compiles anew for any other kind of array.
+        plain = ["C", "W", "E"]
+        object.__setattr__(self, "vertices", np.require(self.vertices, np.float32, plain))
+        object.__setattr__(self, "faces", np.require(self.faces, np.int32, plain))
 
     @cached_property
     def diameter_m(self) -> float:

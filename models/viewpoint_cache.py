@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from snapfit.models.cache import cache_directory
 from snapfit.models.mesh import Mesh
+from snapfit.models.viewpoint_grid import N_DIVISIONS
 from snapfit.models.viewpoint_model import ViewpointModel
 
 _log = logging.getLogger(__name__)
@@ -51,6 +52,8 @@ def load_viewpoint_model(
     mesh: Mesh,
     progress: Callable[[float], None] | None = None,
     cache: Path | None = None,
+    *,
+    n_divisions: int = N_DIVISIONS,
 ) -> ViewpointModel:
     """The viewpoint model of a mesh: from the cache, or generated and put there.
 
@@ -60,17 +63,18 @@ def load_viewpoint_model(
         mesh: the body.
         progress: called with the share that is done, up to 1; once with 1 for a cached model.
         cache: folder of the cache; `cache_directory() / "viewpoints"` if None.
+        n_divisions: of the geodesic grid; 4 gives 2562 views.
 
     Raises:
         ViewpointModelError: no view shows anything of the mesh.
     """
-    path = _path_of(mesh, cache)
+    path = _path_of(mesh, cache, n_divisions)
     model = _read(path) if path is not None else None
     if model is None:
         # Here, because who reads a cached model need not load Numba.
         from snapfit.models.viewpoint_build import build_viewpoint_model
 
-        model = _sealed(build_viewpoint_model(mesh, progress))
+        model = _sealed(build_viewpoint_model(mesh, progress, n_divisions=n_divisions))
         if path is not None and _write(path, model):
             model = _read(path) or model
     elif progress is not None:
@@ -78,7 +82,7 @@ def load_viewpoint_model(
     return model
 
 
-def _path_of(mesh: Mesh, cache: Path | None) -> Path | None:
+def _path_of(mesh: Mesh, cache: Path | None, n_divisions: int) -> Path | None:
     """Where the mesh's model belongs; None where no cache can be made."""
     try:
         folder = cache_directory() / "viewpoints" if cache is None else cache
@@ -86,7 +90,7 @@ def _path_of(mesh: Mesh, cache: Path | None) -> Path | None:
     except OSError as error:
         _log.warning("no cache for viewpoint models (%s); set SNAPFIT_CACHE to a folder", error)
         return None
-    return folder / f"{mesh.digest[:24]}-{_code_digest()[:12]}.viewpoints"
+    return folder / f"{mesh.digest[:24]}-{n_divisions}-{_code_digest()[:12]}.viewpoints"
 
 
 @run_once
