@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from snapfit.models.errors import PoseError
 
 Array = npt.NDArray[np.float64]
