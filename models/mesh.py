@@ -50,9 +50,10 @@ class Mesh:
 
     def __post_init__(self) -> None:
         # Plain, contiguous and writable: Numba compiles anew for any other kind of array.
-        plain = ["C", "W", "E"]
-        object.__setattr__(self, "vertices", np.require(self.vertices, np.float32, plain))
-        object.__setattr__(self, "faces", np.require(self.faces, np.int32, plain))
+        vertices = np.require(self.vertices, np.float32, ["C", "W", "E"])
+        faces = np.require(self.faces, np.int32, ["C", "W", "E"])
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
 
     @cached_property
     def diameter_m(self) -> float:

@@ -27,6 +27,8 @@ _MARGIN_PX = 4
 _DISTANCE_IN_RADII = 4.0
 _CELLS_IN_OCCLUSION_RADIUS = 6
 _VIEWS_AT_ONCE = 32
+# Of the largest coordinate, so that every distance within a body fits below the saturation.
+_LONGEST_IN_COORDINATES = 4.0
 # Beyond this a finer mesh moves the outline by less than the image can show.
 _MAX_FACES = 30_000
 
@@ -45,13 +47,15 @@ def build_viewpoint_model(
         n_divisions: of the geodesic grid; 4 gives 2562 views.
 
     Raises:
-        ViewpointModelError: no view shows anything of the mesh.
+        ViewpointModelError: the mesh is empty, or no view shows anything of it.
     """
+    if len(mesh.faces) == 0 or mesh.radius_m == 0:
+        raise ViewpointModelError("the mesh is empty or a point: it has no outline to track")
     mesh = simplified(mesh, _MAX_FACES)
     directions, neighbours = geodesic_grid(n_divisions)
     center_m = mesh.center_m
     distance_m = max(VIEWPOINT_DISTANCE_M, _DISTANCE_IN_RADII * mesh.radius_m)
-    unit_m = float(np.abs(mesh.vertices).max()) * 1.001 / SATURATED
+    unit_m = _LONGEST_IN_COORDINATES * float(np.abs(mesh.vertices).max()) / SATURATED
     poses = np.stack([viewpoint_pose(d, center_m, distance_m).matrix for d in directions])
     camera = _camera(mesh.radius_m, distance_m)
     contour = np.zeros((len(poses), N_POINTS, 9), dtype=np.int16)
@@ -82,7 +86,7 @@ def build_viewpoint_model(
 
     _in_threads(fill, len(poses), progress)
     if not extents[:, 1].any():
-        raise ViewpointModelError("no view shows anything of the mesh: is it a line or a point?")
+        raise ViewpointModelError("no view shows anything of the mesh: do its faces have no area?")
     return ViewpointModel(
         center_m=center_m,
         radius_m=distance_m,

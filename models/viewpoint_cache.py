@@ -66,7 +66,7 @@ def load_viewpoint_model(
         n_divisions: of the geodesic grid; 4 gives 2562 views.
 
     Raises:
-        ViewpointModelError: no view shows anything of the mesh.
+        ViewpointModelError: the mesh is empty, or no view shows anything of it.
     """
     path = _path_of(mesh, cache, n_divisions)
     model = _read(path) if path is not None else None
