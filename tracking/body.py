@@ -12,7 +12,8 @@ from numba.typed import List
 
 from snapfit.models.asset import Part
 from snapfit.models.mesh import Mesh
-from snapfit.models.viewpoint_model import ViewpointModel, load_viewpoint_model
+from snapfit.models.viewpoint_cache import load_viewpoint_model
+from snapfit.models.viewpoint_model import ViewpointModel
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.kernels.types import Models
 

@@ -18,6 +18,8 @@ def depth_settings(parameters: DepthParameters, iterations: int) -> DepthSetting
             per_iteration(parameters.standard_deviations_m, iterations), dtype=np.float32
         ),
         stride=np.float32(parameters.stride_m),
+        beside=np.float32(parameters.beside),
+        beside_slope=np.float32(parameters.beside_slope),
     )
 
 

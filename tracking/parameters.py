@@ -32,16 +32,19 @@ class RegionParameters:
         amplitude: of the smoothed step functions, 0 to 0.5.
         slope: of the smoothed step functions, segments.
         learning_rate: factor on the local gradient of the posterior.
+        outlying: standard deviations at which a line's weight is halved (Cauchy): a shadow or a
+            reflection beside the contour does not pull at the pose for long.
         global_updates: first updates of an iteration that use mean and variance of the posterior.
     """
 
     lines_max: int = 300
-    scales_px: tuple[int, ...] = (9, 7, 5, 2, 2, 2)
-    standard_deviations_px: tuple[float, ...] = (25.0, 15.0, 10.0, 10.0, 10.0, 10.0)
+    scales_px: tuple[int, ...] = (6, 4, 2, 1)
+    standard_deviations_px: tuple[float, ...] = (15.0, 5.0, 3.5, 1.5)
     min_continuous_distance: float = 3.0
     amplitude: float = 0.43
     slope: float = 0.5
     learning_rate: float = 1.3
+    outlying: float = 1.5
     global_updates: int = 1
 
     @property
@@ -60,12 +63,17 @@ class DepthParameters:
         considered_distances_m: how far away a measured point may lie, at 1 m distance.
         standard_deviations_m: of a measured point, at 1 m distance.
         stride_m: spacing of the samples of the search window, at 1 m distance.
+        beside, beside_slope: how far the closest point may lie beside the normal, in strides and
+            as a share of its distance along the normal: what is found at the border of a hole in
+            the depth image, or on another thing, is no correspondence.
     """
 
     points_max: int = 300
-    considered_distances_m: tuple[float, ...] = (0.1, 0.08, 0.05)
-    standard_deviations_m: tuple[float, ...] = (0.05, 0.03, 0.02)
-    stride_m: float = 0.008
+    considered_distances_m: tuple[float, ...] = (0.05, 0.02, 0.01)
+    standard_deviations_m: tuple[float, ...] = (0.05, 0.03, 0.01, 0.008)
+    stride_m: float = 0.005
+    beside: float = 2.0
+    beside_slope: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -74,14 +82,15 @@ class HistogramParameters:
 
     Attributes:
         foreground_rate, background_rate: share of the newest frame, 0 to 1.
-        unconsidered_length_px: left out on both sides of the contour.
+        unconsidered_length_px: left out on both sides of the contour; there a lens mixes both
+            colours, and learning the mixture would let the contour creep.
         considered_length_px: sampled on both sides at most.
         shared: one pair of histograms for all bodies.
     """
 
     foreground_rate: float = 0.2
     background_rate: float = 0.2
-    unconsidered_length_px: float = 0.5
+    unconsidered_length_px: float = 1.0
     considered_length_px: float = 20.0
     shared: bool = False
 
@@ -101,7 +110,7 @@ class OcclusionParameters:
 
     measured: bool = True
     modelled: bool = True
-    radius_m: float = 0.01
+    radius_m: float = 0.005
     measured_threshold_m: float = 0.03
     modelled_threshold_m: float = 0.005
     image_scale: float = 0.25
@@ -121,8 +130,8 @@ class OptimiserParameters:
 
     correspondence_iterations: int = 6
     update_iterations: int = 2
-    tikhonov_rotation: float = 100.0
-    tikhonov_translation: float = 1000.0
+    tikhonov_rotation: float = 1000.0
+    tikhonov_translation: float = 30000.0
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ def region_settings(parameters: RegionParameters, iterations: int) -> RegionSett
         min_continuous=np.float32(parameters.min_continuous_distance),
         min_variance=np.float32(parameters.min_variance),
         learning_rate=np.float32(parameters.learning_rate),
+        outlying=np.float32(parameters.outlying),
         global_updates=parameters.global_updates,
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from snapfit.tracking.kernels.geometry import intrinsics, transform
+from snapfit.tracking.kernels.geometry import intrinsics, rotate, transform
 from snapfit.tracking.kernels.occlusion import hidden
 from snapfit.tracking.kernels.types import (
     CONSIDERED,
@@ -106,9 +106,17 @@ def find_points(
             found,
         ):
             continue
-        points.point[body, i, 0], points.point[body, i, 1], points.point[body, i, 2] = px, py, pz
+        normal = points.normal[body, i]
         for k in range(3):
-            points.normal[body, i, k] = surface[i, 3 + k] * NORMAL_UNIT
+            normal[k] = surface[i, 3 + k] * NORMAL_UNIT
+        nx, ny, nz = rotate(bodies.depth_poses[body], normal[0], normal[1], normal[2])
+        ex, ey, ez = found[0] - x, found[1] - y, found[2] - z
+        along = nx * ex + ny * ey + nz * ez
+        beside2 = ex * ex + ey * ey + ez * ez - along * along
+        limit = settings.beside * settings.stride * z + settings.beside_slope * abs(along)
+        if beside2 > limit * limit:
+            continue
+        points.point[body, i, 0], points.point[body, i, 1], points.point[body, i, 2] = px, py, pz
         mx, my, mz = transform(color_from_depth, found[0], found[1], found[2])
         measured = points.measured[body, i]
         measured[0], measured[1], measured[2] = mx, my, mz

@@ -75,6 +75,9 @@ def add_region(
         jz = -(jx * x + jy * y) / z
         body_jacobian(pose, px, py, pz, jx, jy, jz, jacobian)
         weight = settings.min_variance / (per_px * per_px * sigma * sigma)
+        # A line whose posterior lies far off (a shadow, a reflection) counts less: Cauchy.
+        outlying = (moment[0] - delta) / (per_px * settings.outlying * sigma)
+        weight /= np.float32(1.0) + outlying * outlying
         add_outer(jacobian, -weight * slope, weight / variance, gradient, hessian)
 
 

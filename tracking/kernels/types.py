@@ -125,6 +125,7 @@ class RegionSettings(NamedTuple):
     min_continuous: np.float32
     min_variance: np.float32
     learning_rate: np.float32
+    outlying: np.float32
     global_updates: int
 
 
@@ -134,6 +135,8 @@ class DepthSettings(NamedTuple):
     considered: F32
     sigmas: F32
     stride: np.float32
+    beside: np.float32
+    beside_slope: np.float32
 
 
 class OcclusionSettings(NamedTuple):
