@@ -15,7 +15,6 @@ from snapfit.server.pose_store import PoseStore
 from snapfit.server.schemas import Phase, WorkerReport
 from snapfit.server.worker_spec import REFUSED_EXIT_CODE, WorkerSpec
 
-_SILENCE_LIMIT_S = 10.0
 _END_LIMIT_S = 3.0
 _WATCH_PERIOD_S = 0.25
 _LOG = logging.getLogger(__name__)
@@ -31,10 +30,12 @@ class RestartPolicy:
     Attributes:
         first_delay_s: after the first start that failed.
         longest_delay_s: the delay doubles up to here.
+        silence_limit_s: a tracking worker that is silent for so long hangs, and is killed.
     """
 
     first_delay_s: float = 0.5
     longest_delay_s: float = 30.0
+    silence_limit_s: float = 10.0
 
     def delay_s(self, failed_starts: int) -> float:
         """The delay after so many starts in a row that never came to tracking."""
@@ -143,7 +144,8 @@ class Supervisor:
         while not self._stop.is_set():
             with contextlib.suppress(subprocess.TimeoutExpired):
                 return process.wait(_WATCH_PERIOD_S)
-            if self._is_tracking(boot_id) and self._store.silent_for_s() > _SILENCE_LIMIT_S:
+            silent_for_s = self._store.silent_for_s()
+            if silent_for_s > self._policy.silence_limit_s and self._is_tracking(boot_id):
                 _LOG.error("station %s: the worker hangs, it is killed", self._spec.station)
                 process.kill()
         if process.stdin is not None:

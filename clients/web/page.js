@@ -163,8 +163,8 @@ function fillRow(row, part) {
   status.textContent = part.status;
   confidence.firstChild.value = part.confidence;
   confidence.lastChild.textContent = part.confidence.toFixed(2);
-  pose.firstChild.textContent = numbers(part.position, 1000, 1, 8);
-  pose.lastChild.textContent = numbers(part.orientation, 1, 3, 8);
+  pose.firstChild.textContent = numbers(part.position, 1000, 1, 7);
+  pose.lastChild.textContent = numbers(part.orientation, 1, 3, 7);
 }
 
 function numbers(values, factor, digits, width) {

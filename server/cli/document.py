@@ -9,14 +9,17 @@ from typing import Annotated
 import typer
 
 from snapfit.server.app import create_app
-from snapfit.server.settings import Settings
+from snapfit.server.cli.errors import clear_errors
+from snapfit.server.settings import make_settings
 
 
 def openapi(
     out: Annotated[Path | None, typer.Option(help="File to write; else standard output.")] = None,
 ) -> None:
     """Write the OpenAPI document of the API."""
-    document = json.dumps(create_app(Settings()).openapi(), indent=2) + "\n"
+    with clear_errors():
+        app = create_app(make_settings("the environment", {}))
+    document = json.dumps(app.openapi(), indent=2) + "\n"
     if out is None:
         typer.echo(document, nl=False)
         return

@@ -27,8 +27,9 @@ def demo(
 ) -> None:
     """Track the simulated bench and serve its poses."""
     with clear_errors():
-        station = {"source": DEMO_SOURCE, "asset": asset}
-        _serve(make_settings("snapfit demo", {"station": station}), host, port)
+        settings = make_settings("the environment", {})
+        station = settings.station.model_copy(update={"source": DEMO_SOURCE, "asset": asset})
+        _serve(settings.model_copy(update={"station": station}), host, port)
 
 
 def serve(

@@ -1,7 +1,7 @@
 """A small source and tracker for tests of the server: parts that move as written here.
 
 Workers get it by its dotted name; the environment tells what goes wrong:
-SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | slow-start
+SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-start
 """
 
 from __future__ import annotations
@@ -56,6 +56,8 @@ class ScriptedSource:
             return None
         if self._fault == "crash" and self._number > END_AFTER_FRAMES:
             raise RuntimeError("a bug in a source")
+        if self._fault == "hang" and self._number > END_AFTER_FRAMES:
+            time.sleep(60)
         if self._fault == "bad-frames" and self._number % 3 == 0:
             raise FrameError(f"{self._number:06d}", "the depth image is missing")
         color = np.full((180, 320, 3), self._number % 256, dtype=np.uint8)
