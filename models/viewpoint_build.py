@@ -58,33 +58,7 @@ def build_viewpoint_model(
     unit_m = _LONGEST_IN_COORDINATES * float(np.abs(mesh.vertices).max()) / SATURATED
     poses = np.stack([viewpoint_pose(d, center_m, distance_m).matrix for d in directions])
     camera = _camera(mesh.radius_m, distance_m)
-    contour = np.zeros((len(poses), N_POINTS, 9), dtype=np.int16)
-    surface = np.zeros((len(poses), N_POINTS, 7), dtype=np.int16)
-    extents = np.zeros((len(poses), 2), dtype=np.float32)
-    radius_px = OCCLUSION_RADIUS_M * camera[0] / distance_m
-    cell_px = max(1, round(radius_px / _CELLS_IN_OCCLUSION_RADIUS))
-    edges, normals = mesh_edges(mesh.faces), _unit_normals(mesh)
-
-    def fill(start: int) -> int:
-        views = slice(start, start + _VIEWS_AT_ONCE)
-        fill_views(
-            poses[views],
-            mesh.vertices,
-            mesh.faces,
-            edges,
-            normals,
-            camera,
-            cell_px,
-            OCCLUSION_RADIUS_M,
-            unit_m,
-            make_crossings(IMAGE_SIZE_PX),
-            contour[views],
-            surface[views],
-            extents[views],
-        )
-        return len(poses[views])
-
-    _in_threads(fill, len(poses), progress)
+    contour, surface, extents = _fill(mesh, poses, camera, distance_m, unit_m, progress)
     if not extents[:, 1].any():
         raise ViewpointModelError("no view shows anything of the mesh: do its faces have no area?")
     return ViewpointModel(
@@ -120,6 +94,45 @@ def mesh_edges(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     alone = np.full((int(rest.sum()), 5), -1)
     alone[:, :2], alone[:, 2] = ends[rest], face[rest]
     return np.ascontiguousarray(np.concatenate([paired, alone]), dtype=np.int32)
+
+
+def _fill(
+    mesh: Mesh,
+    poses: npt.NDArray[np.float64],
+    camera: npt.NDArray[np.float64],
+    distance_m: float,
+    unit_m: float,
+    progress: Callable[[float], None] | None,
+) -> tuple[npt.NDArray[np.int16], npt.NDArray[np.int16], npt.NDArray[np.float32]]:
+    """Contour, surface and extents of the views from `poses`, on all cores."""
+    contour = np.zeros((len(poses), N_POINTS, 9), dtype=np.int16)
+    surface = np.zeros((len(poses), N_POINTS, 7), dtype=np.int16)
+    extents = np.zeros((len(poses), 2), dtype=np.float32)
+    radius_px = OCCLUSION_RADIUS_M * camera[0] / distance_m
+    cell_px = max(1, round(radius_px / _CELLS_IN_OCCLUSION_RADIUS))
+    edges, normals = mesh_edges(mesh.faces), _unit_normals(mesh)
+
+    def fill(start: int) -> int:
+        views = slice(start, start + _VIEWS_AT_ONCE)
+        fill_views(
+            poses[views],
+            mesh.vertices,
+            mesh.faces,
+            edges,
+            normals,
+            camera,
+            cell_px,
+            OCCLUSION_RADIUS_M,
+            unit_m,
+            make_crossings(IMAGE_SIZE_PX),
+            contour[views],
+            surface[views],
+            extents[views],
+        )
+        return len(poses[views])
+
+    _in_threads(fill, len(poses), progress)
+    return contour, surface, extents
 
 
 def _camera(radius_m: float, distance_m: float) -> npt.NDArray[np.float64]:
