@@ -49,7 +49,7 @@ def problem_responses(*statuses: HTTPStatus) -> dict[int | str, dict[str, Any]]:
     """What OpenAPI says of a route that may answer with these problems."""
     reference = {"schema": {"$ref": "#/components/schemas/Problem"}}
     return {
-        status.value: {"description": status.phrase, "content": {PROBLEM_TYPE: reference}}
+        status.value: {"description": _title(status), "content": {PROBLEM_TYPE: reference}}
         for status in statuses
     }
 
@@ -109,7 +109,14 @@ async def _on_bug(request: Request, error: Exception) -> Response:
 def _response(
     path: str, status: HTTPStatus, detail: str, kind: str, headers: dict[str, str], **members: Any
 ) -> Response:
-    problem = Problem(type=kind, title=status.phrase, status=status, detail=detail, instance=path)
+    problem = Problem(type=kind, title=_title(status), status=status, detail=detail, instance=path)
     body = orjson.dumps({**problem.model_dump(), **members})
     headers = {"Cache-Control": "no-store", **headers}
     return Response(body, status, headers, media_type=PROBLEM_TYPE)
+
+
+def _title(status: HTTPStatus) -> str:
+    """RFC 9110's phrase; Python before 3.13 has an older one for 422."""
+    if status is HTTPStatus.UNPROCESSABLE_ENTITY:
+        return "Unprocessable Content"
+    return status.phrase
