@@ -267,9 +267,9 @@ def _shaft() -> Solid:
     lead_in = cylinder(_THREAD_RADIUS + 0.1, (_KNOB_TO_Z - 3, thread_to - 2.5), 48) + cylinder(
         _THREAD_RADIUS + 0.1, (thread_to - 2.5, thread_to), 48, _ROOT_RADIUS - 0.3
     )
-    pilot = cylinder(_PILOT_RADIUS, (thread_to - 4, tip - 2.5), 40)
-    point = cylinder(_PILOT_RADIUS, (tip - 2.5, tip), 40, _PILOT_RADIUS - 2.5)
-    ring = cylinder(9, (tip - 11, tip - 8.5), 40) - cylinder(4.9, (tip - 12, tip - 7), 40)
+    pilot = cylinder(_PILOT_RADIUS, (thread_to - 4, tip - 2.5), 42)
+    point = cylinder(_PILOT_RADIUS, (tip - 2.5, tip), 42, _PILOT_RADIUS - 2.5)
+    ring = cylinder(9, (tip - 11, tip - 8.5), 42) - cylinder(4.9, (tip - 12, tip - 7), 42)
     return (ridge ^ lead_in) + pilot + point - ring
 
 

@@ -17,6 +17,7 @@ from snapfit.models import rasteriser
 from snapfit.models.asset import Asset
 from snapfit.models.cache import cache_directory
 from snapfit.models.camera import RgbdCamera
+from snapfit.models.errors import WorkbenchError
 from snapfit.models.pose import Pose
 from snapfit.models.recording import GroundTruth
 from snapfit.models.sequence_writer import SequenceWriter
@@ -135,9 +136,11 @@ def render_demo(
         progress: called with the share that is done, 0 to 1.
 
     Raises:
-        WorkbenchError: the asset has no assembly graph that the bench can play.
+        WorkbenchError: no frames, or the asset has no assembly graph that the bench can play.
         SequenceError: the folder cannot be written, or holds a sequence already.
     """
+    if n_frames is not None and n_frames < 1:
+        raise WorkbenchError(f"a sequence has at least one frame, n_frames is {n_frames}")
     bench = Workbench(asset, seed)
     n = n_frames or round(bench.script.duration_s * FRAME_RATE_HZ)
     times_s = np.linspace(0, bench.script.duration_s, n)

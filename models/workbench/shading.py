@@ -97,16 +97,11 @@ class Studio:
         self._albedo = linear(np.array([p.color_rgb[::-1] for p in parts], dtype=np.uint8))
         self._gloss = np.full(len(parts), _PART_GLOSS, dtype=np.float32)
         self._ground = self._static_surfaces()
-        self._lamps = np.stack([_lamp_row(lamp, scene) for lamp in scene.lamps])
         wide = [_LampCamera(lamp, scene, _WIDE_M) for lamp in scene.lamps]
         self._narrow = [_LampCamera(lamp, scene, _NARROW_M) for lamp in scene.lamps]
         items = [(item.mesh, item.world_from_body) for item in scene.items]
         self._item_shadows = [view.shadow(items) for view in wide]
-        self._taps = np.concatenate([_disc(kernels.SEARCH_TAPS), _disc(kernels.FILTER_TAPS)])
-        self._map_light = np.tile(np.arange(len(scene.lamps)), 2)
-        views = [*wide, *self._narrow]
-        self._light_from_camera = np.stack([view.light_from_camera.matrix for view in views])
-        self._lenses = np.stack([intrinsics_of(view.camera) for view in views])
+        self._lamps = _lamps(scene, [*wide, *self._narrow], *self._shadows({}))
         self.empty = self._shade(self.whole, self._ground, self._shadows({}))
         self.empty_depth = _static_depth(scene, scene.camera)
 
@@ -179,14 +174,7 @@ class Studio:
             surfaces.gloss,
             intrinsics_of(window.camera(self.scene.camera, 2, border=2)),
             np.array([2 * window.left, 2 * window.top]),
-            np.array(self.scene.up),
-            self.scene.ambient,
-            self._lamps,
-            self._map_light,
-            self._light_from_camera,
-            self._lenses,
-            *shadows,
-            self._taps,
+            self._lamps._replace(shadows=shadows[0], casts=shadows[1]),
         )
         pixels: Bytes = kernels.to_pixels(samples, self._encoding)
         return pixels
@@ -244,9 +232,26 @@ def _static_depth(scene: Scene, camera: PinholeCamera) -> Singles:
     return nearer
 
 
-def _lamp_row(lamp: Lamp, scene: Scene) -> Array:
-    position = scene.camera_from_world.transform(np.array(lamp.position_m))
-    return np.array([*position, lamp.diameter_m, *lamp.intensity])
+def _lamps(
+    scene: Scene, views: Sequence[_LampCamera], shadows: Singles, casts: Bytes
+) -> kernels.Lamps:
+    """The scene's lamps for the kernels; `views` go once or more through all lamps."""
+    positions = [np.array(lamp.position_m) for lamp in scene.lamps]
+    rows = [
+        [*scene.camera_from_world.transform(position), lamp.diameter_m, *lamp.intensity]
+        for position, lamp in zip(positions, scene.lamps, strict=True)
+    ]
+    return kernels.Lamps(
+        rows=np.array(rows),
+        ambient=scene.ambient,
+        up=np.array(scene.up),
+        map_lamp=np.arange(len(views)) % len(rows),
+        lamp_from_camera=np.stack([view.light_from_camera.matrix for view in views]),
+        lenses=np.stack([intrinsics_of(view.camera) for view in views]),
+        shadows=shadows,
+        casts=casts,
+        taps=np.concatenate([_disc(kernels.SEARCH_TAPS), _disc(kernels.FILTER_TAPS)]),
+    )
 
 
 def _disc(n: int) -> Array:
