@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.camera import PinholeCamera
-from snapfit.models.workbench import kernels, texture
+from snapfit.models.workbench import sensor_kernels, texture
 
 Bytes = npt.NDArray[np.uint8]
 Singles = npt.NDArray[np.float32]
@@ -52,13 +52,13 @@ class Sensor:
     def color(self, clean: Bytes, rng: np.random.Generator) -> Bytes:
         """A picture (H, W, 3) with noise."""
         noise = self._color_noise[self._shifted(clean.shape[:2], rng)]
-        noisy: Bytes = kernels.noisy_color(clean, noise, self._gain)
+        noisy: Bytes = sensor_kernels.noisy_color(clean, noise, self._gain)
         return noisy
 
     def depth(self, true_m: Singles, rng: np.random.Generator) -> npt.NDArray[np.uint16]:
         """Measured depth (H, W) in millimetres, 0 where there is none, of true depth (H, W), m."""
         around = np.ones((3, 3), dtype=np.uint8)
-        measured: npt.NDArray[np.uint16] = kernels.noisy_depth(
+        measured: npt.NDArray[np.uint16] = sensor_kernels.noisy_depth(
             true_m,
             cv2.erode(true_m, around),
             cv2.dilate(true_m, around),

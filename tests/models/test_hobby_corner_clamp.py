@@ -46,7 +46,7 @@ def test_the_meshes_of_the_bundle_are_those_that_the_script_makes(solids, asset)
             manifold3d.Mesh(part.mesh.vertices * 1000, part.mesh.faces.astype(np.uint32))
         )
         made = solids[part.name]
-        assert (bundled - made).volume() + (made - bundled).volume() < 5e-5 * made.volume()
+        assert (bundled - made).volume() + (made - bundled).volume() < 5e-4 * made.volume()
 
 
 def test_the_script_makes_the_same_bytes_each_time(solids):

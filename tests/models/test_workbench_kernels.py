@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from snapfit.models.workbench import kernels
+from snapfit.models.workbench import kernels, sensor_kernels
 
 UP = np.array([0.0, -0.6, -0.8])
 
@@ -134,7 +134,7 @@ def test_color_noise_is_scaled_by_brightness_and_clipped():
     noise = rng.integers(-100, 100, clean.shape, dtype=np.int8)
     gain = np.linspace(0, 0.5, 256).astype(np.float32)
     expected = np.clip(np.floor(clean + noise * gain[clean] + 0.5), 0, 255)
-    np.testing.assert_array_equal(kernels.noisy_color(clean, noise, gain), expected)
+    np.testing.assert_array_equal(sensor_kernels.noisy_color(clean, noise, gain), expected)
 
 
 def depth_case(depth):
@@ -154,7 +154,7 @@ def depth_case(depth):
 
 
 def measured(case):
-    return kernels.noisy_depth(*case.values())
+    return sensor_kernels.noisy_depth(*case.values())
 
 
 def test_depth_is_millimetres_with_noise_and_bias():
