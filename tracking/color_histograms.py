@@ -27,9 +27,6 @@ class ColorHistograms:
             else np.arange(n_bodies, dtype=np.int64)
         )
         self._colors = np.zeros((n_bodies, 2, N_COLORS), dtype=np.float32)
-        self._reach_px = np.array(
-            [parameters.unconsidered_length_px, parameters.considered_length_px], dtype=np.float32
-        )
         n_pairs = 1 if parameters.shared else n_bodies
         self.histograms = np.zeros((n_pairs, 2, N_COLORS), dtype=np.float32)
 
@@ -42,21 +39,23 @@ class ColorHistograms:
         lines: Lines,
         which: npt.NDArray[np.int64],
         *,
-        afresh: bool = False,
+        afresh_beyond_px: float | None = None,
     ) -> None:
         """Blend the colours of this frame in and write `bodies.tables`.
 
         Args:
             images, cameras, models, bodies, lines: as the kernels hold them after a refinement.
             which: (B,) 1 for the bodies whose pose can be believed.
-            afresh: forget what was learned before.
+            afresh_beyond_px: forget what was learned before, and learn from this far beside the
+                contour on: as far as the pose may be off.
         """
-        learn.count_colors(images, cameras, models, bodies, lines, self._reach_px, self._colors)
-        rates = (
-            [1.0, 1.0]
-            if afresh
-            else [self._parameters.foreground_rate, self._parameters.background_rate]
-        )
+        parameters = self._parameters
+        rates = [parameters.foreground_rate, parameters.background_rate]
+        margin_px = parameters.unconsidered_length_px
+        if afresh_beyond_px is not None:
+            rates, margin_px = [1.0, 1.0], max(afresh_beyond_px, margin_px)
+        reach_px = np.array([margin_px, parameters.considered_length_px], dtype=np.float32)
+        learn.count_colors(images, cameras, models, bodies, lines, reach_px, self._colors)
         learn.learn_colors(
             self._owner,
             which,

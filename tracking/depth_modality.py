@@ -17,7 +17,7 @@ def depth_settings(parameters: DepthParameters, iterations: int) -> DepthSetting
         sigmas=np.array(
             per_iteration(parameters.standard_deviations_m, iterations), dtype=np.float32
         ),
-        stride=np.float32(parameters.stride_m),
+        strides=np.array(per_iteration(parameters.strides_m, iterations), dtype=np.float32),
         beside=np.float32(parameters.beside),
         beside_slope=np.float32(parameters.beside_slope),
     )

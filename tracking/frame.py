@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.pose import Pose
+from snapfit.tracking.errors import FrameError
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,3 +31,31 @@ class Frame:
     color: npt.NDArray[np.uint8]
     depth: npt.NDArray[np.uint16] | None = None
     world_from_camera: Pose = field(default_factory=Pose.identity)
+
+
+def check_frame(frame: Frame, camera: RgbdCamera) -> None:
+    """Make sure that a frame's images are what the camera delivers.
+
+    Raises:
+        FrameError: size or type of an image differ.
+    """
+    color = camera.color
+    _check_image(frame.name, "colour", frame.color, (color.height, color.width, 3), np.uint8)
+    if camera.depth is not None and frame.depth is not None:
+        size = _size(camera.depth)
+        _check_image(frame.name, "depth", frame.depth, size, np.uint16)
+
+
+def _size(camera: PinholeCamera) -> tuple[int, int]:
+    return camera.height, camera.width
+
+
+def _check_image(
+    name: str, which: str, image: npt.NDArray[Any], shape: tuple[int, ...], dtype: type
+) -> None:
+    if image.shape != shape or image.dtype != dtype:
+        raise FrameError(
+            name,
+            f"the {which} image is {image.shape} {image.dtype}, "
+            f"the camera's is {shape} {np.dtype(dtype)}",
+        )

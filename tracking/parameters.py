@@ -62,7 +62,7 @@ class DepthParameters:
         points_max: surface points of a body at most.
         considered_distances_m: how far away a measured point may lie, at 1 m distance.
         standard_deviations_m: of a measured point, at 1 m distance.
-        stride_m: spacing of the samples of the search window, at 1 m distance.
+        strides_m: spacing of the samples of the search window, at 1 m distance.
         beside, beside_slope: how far the closest point may lie beside the normal, in strides and
             as a share of its distance along the normal: what is found at the border of a hole in
             the depth image, or on another thing, is no correspondence.
@@ -71,7 +71,7 @@ class DepthParameters:
     points_max: int = 300
     considered_distances_m: tuple[float, ...] = (0.05, 0.02, 0.01)
     standard_deviations_m: tuple[float, ...] = (0.05, 0.03, 0.01, 0.008)
-    stride_m: float = 0.005
+    strides_m: tuple[float, ...] = (0.01, 0.005)
     beside: float = 2.0
     beside_slope: float = 0.5
 
@@ -135,6 +135,22 @@ class OptimiserParameters:
 
 
 @dataclass(frozen=True)
+class StartParameters:
+    """How a rough first pose is refined.
+
+    Attributes:
+        margins_px: the pose is refined and the colours learned in turns; what lies this near to
+            the contour is not learned, because the first poses may be off by so much.
+        rotation_deg: hypotheses are turned by this about each axis of the body ...
+        distance_m: ... and moved by this to and from the camera.
+    """
+
+    margins_px: tuple[float, ...] = (8.0, 6.0, 4.0, 3.0, 2.0, 1.0)
+    rotation_deg: float = 5.0
+    distance_m: float = 0.008
+
+
+@dataclass(frozen=True)
 class TrackerParameters:
     """All that a tracker needs to know beside bodies and cameras."""
 
@@ -143,6 +159,7 @@ class TrackerParameters:
     histogram: HistogramParameters = field(default_factory=HistogramParameters)
     occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
     optimiser: OptimiserParameters = field(default_factory=OptimiserParameters)
+    start: StartParameters = field(default_factory=StartParameters)
 
     def __post_init__(self) -> None:
         if self.region is None and self.depth is None:

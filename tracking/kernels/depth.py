@@ -61,44 +61,34 @@ def find_points(
         counts: (4,) written: considered, occluded, valid points of this range.
         found: (3,) room for one measured point.
     """
-    camera = intrinsics(cameras.depth)
-    color_camera = intrinsics(cameras.color)
-    color_from_depth = cameras.color_from_depth
+    camera, color_camera = intrinsics(cameras.depth), intrinsics(cameras.color)
+    # Rows of arrays are taken once, out of the loop: each costs a counted reference.
+    depth_pose, color_pose = bodies.depth_poses[body], bodies.color_poses[body]
+    point_of, normal_of = points.point[body], points.normal[body]
+    measured_of, weight_of = points.measured[body], points.weight[body]
+    valid_of = points.valid[body]
     for i in range(first, last):
-        points.valid[body, i] = 0
-        px = surface[i, 0] * unit
-        py = surface[i, 1] * unit
-        pz = surface[i, 2] * unit
-        x, y, z = transform(bodies.depth_poses[body], px, py, pz)
-        cx, cy, cz = transform(bodies.color_poses[body], px, py, pz)
+        valid_of[i] = 0
+        px, py, pz = surface[i, 0] * unit, surface[i, 1] * unit, surface[i, 2] * unit
+        x, y, z = transform(depth_pose, px, py, pz)
+        cx, cy, cz = transform(color_pose, px, py, pz)
         if z <= 0.0 or cz <= 0.0:
             continue
-        u = camera.fx * x / z + camera.cx
-        v = camera.fy * y / z + camera.cy
+        u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
         if not (0.0 <= u < camera.width - 1 and 0.0 <= v < camera.height - 1):
             continue
         counts[CONSIDERED] += 1
-        if hidden(
-            body,
-            images,
-            cameras,
-            bodies.depth_poses[body],
-            px,
-            py,
-            pz,
-            surface[i, 6] * unit,
-            color_camera.fx * cx / cz + color_camera.cx,
-            color_camera.fy * cy / cz + color_camera.cy,
-            cz,
-            occlusion,
-        ):
+        offset = surface[i, 6] * unit
+        color_u = color_camera.fx * cx / cz + color_camera.cx
+        color_v = color_camera.fy * cy / cz + color_camera.cy
+        if hidden(body, images, cameras, x, y, z, offset, color_u, color_v, cz, occlusion):
             counts[OCCLUDED] += 1
             continue
         if not closest_measured(
             images.depth,
             camera,
             cameras.depth_unit,
-            settings.stride,
+            settings.strides[iteration],
             settings.considered[iteration],
             x,
             y,
@@ -106,23 +96,25 @@ def find_points(
             found,
         ):
             continue
-        normal = points.normal[body, i]
-        for k in range(3):
-            normal[k] = surface[i, 3 + k] * NORMAL_UNIT
-        nx, ny, nz = rotate(bodies.depth_poses[body], normal[0], normal[1], normal[2])
+        bx = surface[i, 3] * NORMAL_UNIT
+        by = surface[i, 4] * NORMAL_UNIT
+        bz = surface[i, 5] * NORMAL_UNIT
+        nx, ny, nz = rotate(depth_pose, bx, by, bz)
         ex, ey, ez = found[0] - x, found[1] - y, found[2] - z
         along = nx * ex + ny * ey + nz * ez
         beside2 = ex * ex + ey * ey + ez * ez - along * along
-        limit = settings.beside * settings.stride * z + settings.beside_slope * abs(along)
+        limit = settings.beside * settings.strides[iteration] * z + settings.beside_slope * abs(
+            along
+        )
         if beside2 > limit * limit:
             continue
-        points.point[body, i, 0], points.point[body, i, 1], points.point[body, i, 2] = px, py, pz
-        mx, my, mz = transform(color_from_depth, found[0], found[1], found[2])
-        measured = points.measured[body, i]
-        measured[0], measured[1], measured[2] = mx, my, mz
+        mx, my, mz = transform(cameras.color_from_depth, found[0], found[1], found[2])
+        point_of[i, 0], point_of[i, 1], point_of[i, 2] = px, py, pz
+        normal_of[i, 0], normal_of[i, 1], normal_of[i, 2] = bx, by, bz
+        measured_of[i, 0], measured_of[i, 1], measured_of[i, 2] = mx, my, mz
         deviation = settings.sigmas[iteration] * z
-        points.weight[body, i] = np.float32(1.0) / (deviation * deviation)
-        points.valid[body, i] = 1
+        weight_of[i] = np.float32(1.0) / (deviation * deviation)
+        valid_of[i] = 1
         counts[VALID] += 1
 
 

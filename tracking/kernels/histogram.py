@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 
@@ -47,10 +45,10 @@ def add_colors(
         v = camera.fy * y / z + camera.cy
         for side in range(2):
             sign = np.float32(-1.0) if side == 0 else np.float32(1.0)
-            length = min(considered_px, place[6 + side] - np.float32(2.0) * unconsidered_px)
-            count_along(
-                color, u, v, sign * place[2], sign * place[3], unconsidered_px, length, counts[side]
-            )
+            # Where the body is thin, its middle must not be left out.
+            start = min(unconsidered_px, np.float32(0.25) * place[6 + side])
+            length = min(considered_px, place[6 + side] - np.float32(2.0) * start)
+            count_along(color, u, v, sign * place[2], sign * place[3], start, length, counts[side])
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
@@ -116,29 +114,3 @@ def posterior_table(foreground: F32, background: F32, table: F32) -> None:
     for k in range(table.shape[0]):
         total = foreground[k] + background[k]
         table[k] = foreground[k] / total if total > 0.0 else np.float32(0.5)
-
-
-@njit(cache=True, nogil=True, fastmath=FAST)
-def supporting_lines(
-    body: int, n_lines: int, camera: Intrinsics, pose: F32, lines: Lines, tolerance_px: np.float32
-) -> int:
-    """How many valid lines see their contour where the final pose puts it.
-
-    A line supports the pose when the mean of its posterior lies within the tolerance and the
-    posterior is clearly narrower than an even one (variance 11.9 segments squared).
-    """
-    supporting = 0
-    for i in range(n_lines):
-        if lines.valid[body, i] == 0:
-            continue
-        point, place, moment = lines.point[body, i], lines.place[body, i], lines.moments[body, i]
-        z = pose[2, 0] * point[0] + pose[2, 1] * point[1] + pose[2, 2] * point[2] + pose[2, 3]
-        x = pose[0, 0] * point[0] + pose[0, 1] * point[1] + pose[0, 2] * point[2] + pose[0, 3]
-        y = pose[1, 0] * point[0] + pose[1, 1] * point[1] + pose[1, 2] * point[2] + pose[1, 3]
-        u = camera.fx * x / z + camera.cx
-        v = camera.fy * y / z + camera.cy
-        moved = place[2] * (u - place[0]) + place[3] * (v - place[1])
-        error_px = moment[0] / place[5] + place[4] - moved
-        if math.fabs(error_px) < tolerance_px and moment[1] < np.float32(6.0):
-            supporting += 1
-    return supporting

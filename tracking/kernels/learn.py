@@ -1,4 +1,4 @@
-"""After the final pose of a frame: learn the colours, and count what agrees."""
+"""After the final pose of a frame: learn the colours of all bodies."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from snapfit.tracking.kernels.histogram import (
     add_colors,
     blend,
     posterior_table,
-    supporting_lines,
 )
-from snapfit.tracking.kernels.normal_equations import supporting_points
 from snapfit.tracking.kernels.types import (
     F32,
     I64,
@@ -21,7 +19,6 @@ from snapfit.tracking.kernels.types import (
     Images,
     Lines,
     Models,
-    Points,
 )
 
 
@@ -91,35 +88,3 @@ def learn_colors(
         for body in range(n_bodies):
             if owner[body] == pair:
                 posterior_table(histograms[pair, 0], histograms[pair, 1], tables[body])
-
-
-@njit(cache=True, nogil=True)
-def count_support(
-    cameras: Cameras,
-    models: Models,
-    bodies: Bodies,
-    lines: Lines,
-    points: Points,
-    tolerance_px: float,
-    tolerance_m: float,
-    support: I64,
-) -> None:
-    """How many lines and points (B, 2) of each body agree with its final pose."""
-    for body in range(bodies.poses.shape[0]):
-        support[body] = 0
-        if not bodies.active[body]:
-            continue
-        view = bodies.views[body]
-        bodies.color_poses[body] = bodies.poses[body]
-        pose = bodies.color_poses[body]
-        support[body, 0] = supporting_lines(
-            body,
-            models.line_counts[body, view],
-            intrinsics(cameras.color),
-            pose,
-            lines,
-            tolerance_px,
-        )
-        support[body, 1] = supporting_points(
-            body, models.point_counts[body, view], pose, points, tolerance_m
-        )

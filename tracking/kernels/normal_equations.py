@@ -126,27 +126,6 @@ def add_depth(
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def supporting_points(
-    body: int, n_points: int, pose: F32, points: Points, tolerance_m: float
-) -> int:
-    """How many valid points lie within the tolerance of their measured plane at a pose."""
-    supporting = 0
-    for i in range(n_points):
-        if points.valid[body, i] == 0:
-            continue
-        point, normal = points.point[body, i], points.normal[body, i]
-        measured = points.measured[body, i]
-        error = np.float32(0.0)
-        for k in range(3):
-            n = pose[k, 0] * normal[0] + pose[k, 1] * normal[1] + pose[k, 2] * normal[2]
-            p = pose[k, 0] * point[0] + pose[k, 1] * point[1] + pose[k, 2] * point[2] + pose[k, 3]
-            error += n * (p - measured[k])
-        if math.fabs(error) < tolerance_m:
-            supporting += 1
-    return supporting
-
-
-@njit(cache=True, nogil=True, fastmath=FAST)
 def body_jacobian(
     pose: F32,
     px: np.float32,

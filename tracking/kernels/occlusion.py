@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from snapfit.tracking.kernels.geometry import intrinsics, transform
+from snapfit.tracking.kernels.geometry import intrinsics
 from snapfit.tracking.kernels.types import (
     F32,
     FAST,
@@ -26,14 +26,13 @@ def hidden(
     body: int,
     images: Images,
     cameras: Cameras,
-    depth_pose: F32,
-    px: np.float32,
-    py: np.float32,
-    pz: np.float32,
-    offset: np.float32,
-    u: np.float32,
-    v: np.float32,
+    x: np.float32,
+    y: np.float32,
     z: np.float32,
+    offset: np.float32,
+    color_u: np.float32,
+    color_v: np.float32,
+    color_z: np.float32,
     settings: OcclusionSettings,
 ) -> bool:
     """Whether a point of a body is hidden, in either way.
@@ -41,32 +40,26 @@ def hidden(
     Args:
         body: index of the body.
         images, cameras: what is seen.
-        depth_pose: (4, 4) depth_from_body.
-        px, py, pz: the point, body frame, m.
+        x, y, z: the point in the depth camera's frame, m.
         offset: how much nearer the body's own surface comes within the radius, m.
-        u, v, z: the point in the colour image, px, and its depth, m.
+        color_u, color_v, color_z: the point in the colour image, px, and its depth there, m.
         settings: which of the two, radius and thresholds.
     """
-    if (
-        settings.modelled
-        and images.neighboured[body]
-        and hidden_modelled(
+    if settings.modelled and images.neighboured[body]:
+        radius_px = settings.radius * cameras.color[0] / color_z
+        if hidden_modelled(
             images.near_depth,
             images.near_id,
             body + 1,
-            u,
-            v,
-            z,
-            settings.radius * cameras.color[0] / z,
+            color_u,
+            color_v,
+            color_z,
+            radius_px,
             settings,
-        )
-    ):
-        return True
-    if not settings.measured:
-        return False
-    dx, dy, dz = transform(depth_pose, px, py, pz)
-    return hidden_measured(
-        images.depth, intrinsics(cameras.depth), cameras.depth_unit, dx, dy, dz, offset, settings
+        ):
+            return True
+    return settings.measured and hidden_measured(
+        images.depth, intrinsics(cameras.depth), cameras.depth_unit, x, y, z, offset, settings
     )
 
 

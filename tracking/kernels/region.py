@@ -67,83 +67,75 @@ def find_lines(
         settings, occlusion: parameters.
         lines: written.
         counts: (4,) written: considered, occluded, valid lines of this range.
-        scratch: (2 * 19,) room for the segments' probabilities.
+        scratch: (19,) room for the segments' probabilities.
     """
-    pose = bodies.color_poses[body]
+    pose, depth_pose = bodies.color_poses[body], bodies.depth_poses[body]
     camera = intrinsics(cameras.color)
     scale = settings.scales[iteration]
+    # Rows of arrays are taken once, out of the loop: each costs a counted reference.
+    table = bodies.tables[body]
+    point_of, place_of, valid_of = lines.point[body], lines.place[body], lines.valid[body]
+    posterior_of, moments_of = lines.posterior[body], lines.moments[body]
     for i in range(first, last):
-        lines.valid[body, i] = 0
-        px = contour[i, 0] * unit
-        py = contour[i, 1] * unit
-        pz = contour[i, 2] * unit
+        valid_of[i] = 0
+        px, py, pz = contour[i, 0] * unit, contour[i, 1] * unit, contour[i, 2] * unit
         x, y, z = transform(pose, px, py, pz)
         if z <= 0.0:
             continue
-        u = camera.fx * x / z + camera.cx
-        v = camera.fy * y / z + camera.cy
+        px_per_m = camera.fx / z
+        u, v = px_per_m * x + camera.cx, camera.fy * y / z + camera.cy
         if not (0.0 <= u < camera.width - 1 and 0.0 <= v < camera.height - 1):
             continue
-        px_per_m = camera.fx / z
-        continuous = min(contour[i, 6], contour[i, 7]) * unit * px_per_m
-        if continuous < settings.min_continuous * scale:
+        foreground = contour[i, 6] * unit * px_per_m
+        background = contour[i, 7] * unit * px_per_m
+        if min(foreground, background) < settings.min_continuous * scale:
             continue
         counts[CONSIDERED] += 1
-        if hidden(
-            body,
-            images,
-            cameras,
-            bodies.depth_poses[body],
-            px,
-            py,
-            pz,
-            contour[i, 8] * unit,
-            u,
-            v,
-            z,
-            occlusion,
-        ):
+        dx, dy, dz = transform(depth_pose, px, py, pz)
+        offset = contour[i, 8] * unit
+        if hidden(body, images, cameras, dx, dy, dz, offset, u, v, z, occlusion):
             counts[OCCLUDED] += 1
             continue
-        nx, ny, _ = rotate(
-            pose,
-            contour[i, 3] * NORMAL_UNIT,
-            contour[i, 4] * NORMAL_UNIT,
-            contour[i, 5] * NORMAL_UNIT,
-        )
+        bx = contour[i, 3] * NORMAL_UNIT
+        by = contour[i, 4] * NORMAL_UNIT
+        bz = contour[i, 5] * NORMAL_UNIT
+        nx, ny, _ = rotate(pose, bx, by, bz)
         length = math.sqrt(nx * nx + ny * ny)
         if length < 1e-3:
             continue
-        place = lines.place[body, i]
-        place[0], place[1], place[2], place[3] = u, v, nx / length, ny / length
-        place[6], place[7] = contour[i, 6] * unit * px_per_m, contour[i, 7] * unit * px_per_m
-        if not segment_probabilities(images.color, bodies.tables[body], scale, place, scratch):
+        place_of[i, 0], place_of[i, 1] = u, v
+        place_of[i, 2], place_of[i, 3] = nx / length, ny / length
+        place_of[i, 6], place_of[i, 7] = foreground, background
+        if not segment_probabilities(images.color, table, scale, place_of, i, scratch):
             continue
-        posterior(scratch, settings.step_foreground, lines.posterior[body, i])
-        moments(lines.posterior[body, i], settings.min_variance, lines.moments[body, i])
-        lines.point[body, i, 0], lines.point[body, i, 1], lines.point[body, i, 2] = px, py, pz
-        lines.valid[body, i] = 1
+        posterior(scratch, settings.step_foreground, posterior_of, i)
+        moments(posterior_of, i, settings.min_variance, moments_of)
+        point_of[i, 0], point_of[i, 1], point_of[i, 2] = px, py, pz
+        valid_of[i] = 1
         counts[VALID] += 1
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def segment_probabilities(color: U8, table: F32, scale: int, place: F32, segments: F32) -> bool:
+def segment_probabilities(
+    color: U8, table: F32, scale: int, places: F32, line: int, segments: F32
+) -> bool:
     """Multiply the pixels' posteriors in segments of `scale` px along the dominant image axis.
 
     Args:
         color: (H, W, 3) BGR.
         table: (4096,) posterior of the foreground, by colour (4 bits a channel).
         scale: pixels of a segment.
-        place: (8,) centre and normal are read; offset of the pixel grid and segments per px along
-            the normal are written.
-        segments: (2 * 19,) written: foreground, then background probabilities, from the inside
-            of the body outwards, normalised.
+        places: (N, 8) of this line, centre and normal are read; offset of the pixel grid and
+            segments per px along the normal are written.
+        line: row of `places`.
+        segments: (19,) written: the foreground's share, from the inside of the body outwards.
 
     Returns:
         False where the line leaves the image.
     """
     height, width = color.shape[0], color.shape[1]
-    u, v, nu, nv = place[0], place[1], place[2], place[3]
+    u, v = places[line, 0], places[line, 1]
+    nu, nv = places[line, 2], places[line, 3]
     horizontal = abs(nu) >= abs(nv)
     dominant = abs(nu) if horizontal else abs(nv)
     center = u if horizontal else v
@@ -162,8 +154,8 @@ def segment_probabilities(color: U8, table: F32, scale: int, place: F32, segment
         return False
     if min(minor, minor_end) < 0.5 or max(minor, minor_end) >= minor_size - 0.5:
         return False
-    place[4] = delta * sign / dominant
-    place[5] = dominant / scale
+    places[line, 4] = delta * sign / dominant
+    places[line, 5] = dominant / scale
 
     step_u = np.float32(sign) if horizontal else slope
     step_v = slope if horizontal else np.float32(sign)
@@ -188,42 +180,48 @@ def segment_probabilities(color: U8, table: F32, scale: int, place: F32, segment
             segments[s] = foreground / total
         else:
             segments[s] = np.float32(0.5)
-        segments[_SEGMENTS + s] = np.float32(1.0) - segments[s]
     return True
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def posterior(segments: F32, step_foreground: F32, out: F32) -> None:
+def posterior(segments: F32, step_foreground: F32, out: F32, line: int) -> None:
     """The posterior over the contour's offset (SRT3D, equation 14): product over the taps.
 
     Args:
-        segments: (2 * 19,) foreground, then background probabilities.
+        segments: (19,) the foreground's share; the background has the rest.
         step_foreground: (8,) smoothed step function of the foreground.
-        out: (12,) written; sums to one.
+        out: (N, 12) written; each row sums to one.
+        line: row of `out`.
     """
-    for d in range(_BINS):
-        out[d] = np.float32(1.0)
-    for k in range(_TAPS):
-        f = step_foreground[k]
-        b = np.float32(1.0) - f
-        for d in range(_BINS):
-            out[d] *= segments[d + k] * f + segments[_SEGMENTS + d + k] * b
     area = np.float32(0.0)
     for d in range(_BINS):
-        area += out[d]
+        product = np.float32(1.0)
+        for k in range(_TAPS):
+            # f h + (1 - f) (1 - h), the segment's share of foreground f and the step h
+            h = step_foreground[k]
+            product *= (np.float32(1.0) - h) + segments[d + k] * (h + h - np.float32(1.0))
+        out[line, d] = product
+        area += product
     inverse = np.float32(1.0) / area
     for d in range(_BINS):
-        out[d] *= inverse
+        out[line, d] *= inverse
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
-def moments(distribution: F32, min_variance: np.float32, out: F32) -> None:
-    """Mean (from the line's centre) and variance of a posterior, segments."""
+def moments(distributions: F32, line: int, min_variance: np.float32, out: F32) -> None:
+    """Mean (from the line's centre) and variance of a posterior, segments.
+
+    Args:
+        distributions: (N, 12) posteriors.
+        line: row of `distributions` and `out`.
+        min_variance: the smallest variance, segments squared.
+        out: (N, 2) written.
+    """
     mean = np.float32(0.0)
     for d in range(_BINS):
-        mean += d * distribution[d]
+        mean += d * distributions[line, d]
     variance = np.float32(0.0)
     for d in range(_BINS):
-        variance += (d - mean) * (d - mean) * distribution[d]
-    out[0] = mean - np.float32(0.5 * (_BINS - 1))
-    out[1] = max(variance, min_variance)
+        variance += (d - mean) * (d - mean) * distributions[line, d]
+    out[line, 0] = mean - np.float32(0.5 * (_BINS - 1))
+    out[line, 1] = max(variance, min_variance)

@@ -134,7 +134,7 @@ class DepthSettings(NamedTuple):
 
     considered: F32
     sigmas: F32
-    stride: np.float32
+    strides: F32
     beside: np.float32
     beside_slope: np.float32
 

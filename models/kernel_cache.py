@@ -1,0 +1,51 @@
+"""Where Numba keeps the compiled kernels: one folder for each version of their sources.
+
+Numba compiles a kernel anew when its own file changes, but not when a kernel that it calls has
+changed in another file: the old code would go on running inside the new. So the folder's name
+holds a digest of all our sources; folders of older versions are removed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import sys
+from pathlib import Path
+
+from snapfit.models.cache import cache_directory
+
+_ROOMS = ("models", "tracking")
+_KEPT = 3
+
+
+def prepare_kernel_cache() -> None:
+    """Tell Numba its folder, unless `NUMBA_CACHE_DIR` is set; to be called before its import."""
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return
+    try:
+        folder = cache_directory() / "kernels" / _digest()
+        folder.mkdir(parents=True, exist_ok=True)
+        folder.touch()
+    except OSError:
+        return  # Numba then looks for a place by itself.
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = str(folder)
+    _forget_old(folder.parent)
+
+
+def _digest() -> str:
+    sha = hashlib.sha256()
+    house = Path(__file__).resolve().parent.parent
+    for room in _ROOMS:
+        for path in sorted((house / room).rglob("*.py")):
+            if b"numba" in (content := path.read_bytes()):
+                sha.update(path.name.encode() + content)
+    return sha.hexdigest()[:16]
+
+
+def _forget_old(folder: Path) -> None:
+    versions = sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
+    for path in versions[_KEPT:]:
+        shutil.rmtree(path, ignore_errors=True)
