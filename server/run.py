@@ -51,12 +51,21 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         log_level="warning",
         timeout_graceful_shutdown=_SHUTDOWN_LIMIT_S,
     )
-    # uvicorn raises the signal that ended it once more; it shall find nothing to do.
+    # Until uvicorn listens to signals, and after: there is nothing to interrupt.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _ignore)
-    server = uvicorn.Server(config)
+    server = _Server(config)
     with listener, asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(_serve(server, listener, companion(app.state.stations)))
+
+
+class _Server(uvicorn.Server):
+    """Ends in order even if it is told twice; that takes a few seconds at most."""
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """End."""
+        del sig, frame
+        self.should_exit = True
 
 
 async def _serve(
@@ -98,4 +107,4 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _ignore(_number: int, _frame: FrameType | None) -> None:
-    """The signal has been heard already."""
+    """Stands in for Python's KeyboardInterrupt."""

@@ -129,6 +129,18 @@ def test_a_signal_ends_everything_cleanly(number: int) -> None:
         assert segments() <= server.segments_before
 
 
+def test_an_impatient_user_gets_the_same_clean_end() -> None:
+    with running() as server:
+        pid = server.wait_ready().worker()["pid"]
+        for _ in range(3):
+            server.process.send_signal(signal.SIGINT)
+            time.sleep(0.03)
+        code, _, err = server.end(signal.SIGINT)
+        assert (code, err) == (0, "")
+        assert not is_alive(pid)
+        assert segments() <= server.segments_before
+
+
 def test_a_signal_during_a_long_start_ends_everything_too() -> None:
     with running("slow-start") as server:
         wait_for(server.answers)
