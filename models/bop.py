@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -43,11 +44,16 @@ class BopCamera(BaseModel):
     depth_scale: float = Field(default=1.0, gt=0)
 
 
-class BopTruth(BaseModel):
-    """An instance's entry of `scene_gt.json`."""
+class BopPose(BaseModel):
+    """The pose of an instance in `scene_gt.json`, millimetres."""
 
     rotation: list[float] = Field(alias="cam_R_m2c", min_length=9, max_length=9)
     translation: list[float] = Field(alias="cam_t_m2c", min_length=3, max_length=3)
+
+
+class BopTruth(BopPose):
+    """An instance's entry of `scene_gt.json`."""
+
     obj_id: int = Field(ge=0)
 
 
@@ -73,7 +79,7 @@ def load_bop_scene(
         MeshError: a mesh is refused.
     """
     scene = Path(scene)
-    frames = _frames(scene)
+    frames = find_images(scene)
     names = {part.class_id: part.name for part in asset.tracked_parts} if asset else {}
     truth = _read_truth(scene, frames, names, asset is not None)
     parts = asset.tracked_parts if asset else _own_parts(scene, models, truth)
@@ -81,7 +87,7 @@ def load_bop_scene(
     return Recording(
         name=scene.resolve().name,
         directory=scene,
-        camera=_camera(scene, frames[0]),
+        camera=shared_camera(scene, frames[0]),
         frame_rate_hz=_FRAME_RATE_HZ,
         frames=frames,
         parts=parts,
@@ -91,7 +97,8 @@ def load_bop_scene(
     )
 
 
-def _frames(scene: Path) -> tuple[FrameFiles, ...]:
+def find_images(scene: Path) -> tuple[FrameFiles, ...]:
+    """The images of a scene, by number, and the depth images that belong to them."""
     folder = next((scene / name for name in _IMAGE_FOLDERS if (scene / name).is_dir()), None)
     if folder is None:
         raise SequenceError(scene, f"no folder of images: one of {', '.join(_IMAGE_FOLDERS)}")
@@ -107,10 +114,10 @@ def _frames(scene: Path) -> tuple[FrameFiles, ...]:
     )
 
 
-def _camera(scene: Path, first: FrameFiles) -> RgbdCamera:
+def shared_camera(scene: Path, first: FrameFiles) -> RgbdCamera:
     """The scene's one camera; colour and depth are aligned in BOP."""
     path = scene / CAMERA_NAME
-    entries = _read(path, TypeAdapter(dict[int, BopCamera]))
+    entries = read_json(path, TypeAdapter(dict[int, BopCamera]))
     if not entries:
         raise SequenceError(path, "is empty: it needs the camera of at least one image")
     entry = next(iter(entries.values()))
@@ -137,11 +144,11 @@ def _read_truth(
     path = scene / TRUTH_NAME
     if not path.is_file():
         return {}
-    entries = _read(path, TypeAdapter(dict[int, list[BopTruth]]))
+    entries = read_json(path, TypeAdapter(dict[int, list[BopTruth]]))
     visibility: dict[int, list[BopVisibility]] = {}
     if (scene / VISIBILITY_NAME).is_file():
         adapter = TypeAdapter(dict[int, list[BopVisibility]])
-        visibility = _read(scene / VISIBILITY_NAME, adapter)
+        visibility = read_json(scene / VISIBILITY_NAME, adapter)
     truth = {}
     for frame in frames:
         image = int(frame.name)
@@ -155,7 +162,7 @@ def _read_truth(
             name = _instance_name(instance.obj_id, n_seen[instance.obj_id], names)
             if only_named and instance.obj_id not in names:
                 continue
-            poses[name] = _pose(path, image, name, instance)
+            poses[name] = instance_pose(path, image, name, instance)
             if i < len(visibility.get(image, [])):
                 visible[name] = visibility[image][i].visib_fract
         truth[frame.name] = GroundTruth(frame.name, poses, visible)
@@ -168,7 +175,8 @@ def _instance_name(obj_id: int, number: int, names: dict[int, str]) -> str:
     return name if number == 1 else f"{name}_{number}"
 
 
-def _pose(path: Path, image: int, name: str, instance: BopTruth) -> Pose:
+def instance_pose(path: Path, image: int, name: str, instance: BopPose) -> Pose:
+    """`camera_from_body` of an instance, metres; a wrong one is an error of the file `path`."""
     matrix = np.eye(4)
     matrix[:3, :3] = np.reshape(instance.rotation, (3, 3))
     matrix[:3, 3] = np.array(instance.translation) * _MM
@@ -184,7 +192,7 @@ def _own_parts(scene: Path, models: Path | None, truth: dict[str, GroundTruth]) 
     folder = next((each for each in candidates if each.is_dir()), None)
     if folder is None:
         raise SequenceError(scene, "no `models` folder: name one, or give an asset")
-    symmetries = _symmetries(folder / MODELS_INFO_NAME)
+    symmetries = read_symmetries(folder / MODELS_INFO_NAME)
     names = sorted({name for each in truth.values() for name in each.camera_from_body})
     parts = []
     for i, name in enumerate(names):
@@ -195,19 +203,28 @@ def _own_parts(scene: Path, models: Path | None, truth: dict[str, GroundTruth]) 
     return tuple(parts)
 
 
-def _symmetries(path: Path) -> dict[int, Symmetry]:
+def read_symmetries(path: Path) -> dict[int, Symmetry]:
+    """Symmetries by object id from `models_info.json`; none without the file."""
     if not path.is_file():
         return {}
-    symmetries = {}
-    for obj_id, info in _read(path, TypeAdapter(dict[int, dict[str, Any]])).items():
-        try:
-            symmetries[obj_id] = Symmetry.from_bop(info)
-        except (PoseError, ValueError, KeyError) as error:
-            raise SequenceError(path, f"{obj_id}: symmetry: {error}") from error
-    return symmetries
+    entries = read_json(path, TypeAdapter(dict[int, dict[str, Any]]))
+    return {obj_id: symmetry_from_info(path, obj_id, info) for obj_id, info in entries.items()}
 
 
-def _read(path: Path, adapter: TypeAdapter[_T]) -> _T:
+def symmetry_from_info(path: Path, obj_id: int | str, info: Mapping[str, Any]) -> Symmetry:
+    """The symmetry of one object of `models_info.json`; a wrong one is an error of the file."""
+    try:
+        return Symmetry.from_bop(info)
+    except (PoseError, ValueError, KeyError) as error:
+        raise SequenceError(path, f"{obj_id}: symmetry: {error}") from error
+
+
+def read_json(path: Path, adapter: TypeAdapter[_T]) -> _T:
+    """Reads and checks one of the format's files.
+
+    Raises:
+        SequenceError: it cannot be read, is no JSON, or a key is missing or wrong.
+    """
     try:
         return adapter.validate_python(json.loads(path.read_text(encoding="utf-8")))
     except ValidationError as error:
