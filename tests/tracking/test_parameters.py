@@ -17,6 +17,7 @@ from snapfit.tracking.parameters import (
     OcclusionParameters,
     OptimiserParameters,
     RegionParameters,
+    StartParameters,
     TrackerParameters,
     per_iteration,
 )
@@ -61,6 +62,7 @@ def test_a_tracker_needs_a_modality() -> None:
         HistogramParameters(),
         OcclusionParameters(),
         OptimiserParameters(),
+        StartParameters(),
     ],
     ids=lambda parameters: type(parameters).__name__,
 )

@@ -79,7 +79,7 @@ def find(
         bodies,
         contour,
         np.float32(UNIT_M),
-        region_settings(RegionParameters(scales_px=(9, scale)), 2),
+        region_settings(RegionParameters(scales_px=(9, scale), min_continuous_distance=3.0), 2),
         occlusion(**hidden),
         lines,
         counts,

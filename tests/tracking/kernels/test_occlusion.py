@@ -27,11 +27,13 @@ def measured_twin(depth: np.ndarray, point: np.ndarray, offset_m: float) -> tupl
     return bool((there < limit - 1e-9).any()), min(*distances, near, 1 - near)
 
 
-def kernel_measured(depth: np.ndarray, point: np.ndarray, offset_m: float = 0.0) -> bool:
+def kernel_measured(
+    depth: np.ndarray, point: np.ndarray, offset_m: float = 0.0, unit_m: float = UNIT_M
+) -> bool:
     hidden: bool = hidden_measured(
         depth,
         kernel_camera(),
-        np.float32(UNIT_M),
+        np.float32(unit_m),
         *point.astype(np.float32),
         np.float32(offset_m),
         occlusion(measured=True),
@@ -67,6 +69,12 @@ def test_measured_occlusion_equals_its_twin() -> None:
 def test_holes_hide_nothing_and_something_near_does(count: int, hides: bool) -> None:
     depth = np.full((CAMERA.height, CAMERA.width), count, dtype=np.uint16)
     assert kernel_measured(depth, np.array([0.0, 0.0, 0.5])) == hides
+
+
+@pytest.mark.parametrize(("count", "hides"), [(0, False), (65535, False), (65534, True)])
+def test_holes_hide_nothing_where_the_unit_is_fine_too(count: int, hides: bool) -> None:
+    depth = np.full((CAMERA.height, CAMERA.width), count, dtype=np.uint16)
+    assert kernel_measured(depth, np.array([0.0, 0.0, 0.5]), unit_m=0.3 / 65535) == hides
 
 
 @pytest.mark.parametrize("count", [481, 500, 900])

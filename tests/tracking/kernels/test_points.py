@@ -1,5 +1,6 @@
 """The closest measured point against brute force, and the surface points' correspondences."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,14 @@ from snapfit.tracking.parameters import DepthParameters
 UNIT_M = 0.001
 POINT_UNIT_M = 1e-5
 HOLES = (0, 65535)
+# For the second of two iterations; the first would find everything.
+PARAMETERS = DepthParameters(
+    considered_distances_m=(9.0, 0.05),
+    standard_deviations_m=(9.0, 0.03),
+    strides_m=(0.02, 0.005),
+    beside=2.0,
+    beside_slope=0.5,
+)
 
 
 def rough_depth(rng: np.random.Generator, depth_m: float, holes: float) -> np.ndarray:
@@ -29,13 +38,17 @@ def rough_depth(rng: np.random.Generator, depth_m: float, holes: float) -> np.nd
 
 
 def kernel_closest(
-    depth: np.ndarray, stride_m: float, considered_m: float, point: np.ndarray
+    depth: np.ndarray,
+    stride_m: float,
+    considered_m: float,
+    point: np.ndarray,
+    unit_m: float = UNIT_M,
 ) -> np.ndarray | None:
     found = np.full(3, np.nan, dtype=np.float32)
     hit = closest_measured(
         depth,
         kernel_camera(),
-        np.float32(UNIT_M),
+        np.float32(unit_m),
         np.float32(stride_m),
         np.float32(considered_m),
         *point.astype(np.float32),
@@ -105,6 +118,16 @@ def test_holes_are_nothing(hole: int) -> None:
     assert found[2] == pytest.approx(0.51)
 
 
+@pytest.mark.parametrize("hole", HOLES)
+def test_holes_are_nothing_where_the_unit_is_fine_too(hole: int) -> None:
+    """At 8 micrometres a count, 65535 would stand for half a metre."""
+    unit_m = 0.5 / 65535
+    depth = np.full((CAMERA.height, CAMERA.width), hole, dtype=np.uint16)
+    assert kernel_closest(depth, 0.005, 0.05, np.array([0.0, 0.0, 0.5]), unit_m) is None
+    depth[:] = 65534
+    assert kernel_closest(depth, 0.005, 0.05, np.array([0.0, 0.0, 0.5]), unit_m) is not None
+
+
 @pytest.mark.parametrize("uv", [(0, 0), (238, 0), (0, 198), (238, 198), (239, 199)])
 def test_in_a_corner_of_the_image_the_window_is_cut(uv: tuple[int, int]) -> None:
     depth = np.full((CAMERA.height, CAMERA.width), 500, dtype=np.uint16)
@@ -149,7 +172,7 @@ def find(
         bodies,
         surface,
         np.float32(POINT_UNIT_M),
-        depth_settings(parameters or DepthParameters(considered_distances_m=(9.0, 0.05)), 2),
+        depth_settings(parameters or PARAMETERS, 2),
         occlusion_of(**hidden),
         points,
         counts,
@@ -200,7 +223,7 @@ def test_what_lies_far_beside_the_normal_is_no_correspondence() -> None:
     assert points.valid[0, x > 0.004].all()
     assert not points.valid[0, x < -limit - 0.004].any()
     assert counts[VALID] == points.valid.sum()
-    generous = DepthParameters(considered_distances_m=(9.0, 0.05), beside=100.0)
+    generous = dataclasses.replace(PARAMETERS, beside=100.0)
     found_beside, _ = find(surface, pose, depth, parameters=generous)
     assert found_beside.valid.sum() > points.valid.sum()
 

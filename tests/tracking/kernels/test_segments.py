@@ -12,6 +12,7 @@ from snapfit.tracking.parameters import RegionParameters
 from snapfit.tracking.region_modality import region_settings
 
 SCALES = range(1, 10)
+PAPER = RegionParameters(amplitude=0.43, slope=0.5)
 
 
 # Kernels work on rows of the arrays of all lines; here on this one.
@@ -159,7 +160,7 @@ def test_the_posterior_equals_its_twin(amplitude: float, slope: float) -> None:
 def test_the_posterior_of_a_clear_edge_has_its_summit_there(n_inside: int) -> None:
     """Foreground up to an edge: the mean of the posterior is the edge's offset."""
     foreground = np.where(np.arange(19) < n_inside, 0.999, 0.001).astype(np.float32)
-    out = kernel_posterior(foreground, region_settings(RegionParameters(), 1).step_foreground)
+    out = kernel_posterior(foreground, region_settings(PAPER, 1).step_foreground)
     assert int(np.argmax(out)) == n_inside - 4
     mean, variance = kernel_moments(out)
     assert mean == pytest.approx(n_inside - 9.5, abs=0.05)
@@ -187,6 +188,6 @@ def test_an_even_distribution_has_the_variance_of_its_bins() -> None:
 
 def test_the_smallest_variance_is_that_of_the_paper() -> None:
     """SRT3D, equation 29: 1 / (2 atanh(2 amplitude)^2), and no less than the slope."""
-    assert RegionParameters().min_variance == 0.5
+    assert PAPER.min_variance == 0.5
     wide = RegionParameters(amplitude=0.3, slope=0.1)
     assert wide.min_variance == pytest.approx(1 / (2 * math.atanh(0.6) ** 2))

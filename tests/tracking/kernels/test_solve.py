@@ -33,7 +33,8 @@ def test_the_step_solves_the_regularised_system(rank: int) -> None:
         gradient, hessian = random_system(rng, rank)
         step = np.zeros(6)
         assert newton_step(gradient.copy(), lower(hessian), ROTATION, TRANSLATION, step)
-        assert np.allclose(step, np.linalg.solve(hessian + tikhonov, -gradient), rtol=1e-8)
+        wanted = np.linalg.solve(hessian + tikhonov, -gradient)
+        assert np.abs(step - wanted).max() < 1e-9 * np.abs(wanted).max()
 
 
 def test_a_step_goes_downhill_and_none_is_needed_at_the_bottom() -> None:
@@ -89,7 +90,7 @@ def test_a_variation_turns_and_moves_in_the_body_frame(angle_rad: float) -> None
         apply_variation(moved, step)
         variation = np.eye(4)
         variation[:3, :3], variation[:3, 3] = twins.rotation(step[:3]), step[3:]
-        assert np.allclose(moved, pose.matrix @ variation, atol=1e-12)
+        assert np.allclose(moved, pose.matrix @ variation, rtol=0, atol=1e-12)
 
 
 def test_pure_turns_and_pure_moves_are_those_of_the_exponential_map() -> None:
@@ -100,7 +101,7 @@ def test_pure_turns_and_pure_moves_are_those_of_the_exponential_map() -> None:
             step[part] = scale * rng.normal(size=3)
             moved = np.array(pose.matrix)
             apply_variation(moved, step)
-            assert np.allclose(moved, pose.perturbed(step).matrix, atol=1e-12)
+            assert np.allclose(moved, pose.perturbed(step).matrix, rtol=0, atol=1e-12)
 
 
 def test_small_variations_differ_from_the_exponential_map_in_second_order_only() -> None:

@@ -27,6 +27,19 @@ WALL_M = 1.1
 COLORS_BGR = np.array([[40, 170, 60], [200, 60, 40], [50, 50, 220]])
 ITERATIONS = 5
 LINES_MAX = POINTS_MAX = 150
+# Of the tests themselves, so that tuning the trackers' does not touch them.
+REGION = RegionParameters(
+    lines_max=LINES_MAX,
+    scales_px=(6, 4, 2, 1),
+    standard_deviations_px=(15.0, 5.0, 3.5, 1.5),
+    outlying=1.5,
+)
+DEPTH = DepthParameters(
+    points_max=POINTS_MAX,
+    considered_distances_m=(0.05, 0.02, 0.01),
+    standard_deviations_m=(0.05, 0.03, 0.01, 0.008),
+    strides_m=(0.01, 0.005),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +93,8 @@ class World:
             both_cameras(WORLD_CAMERA, WORLD_CAMERA),
             self.models,
             bodies,
-            region_settings(RegionParameters(lines_max=LINES_MAX), ITERATIONS),
-            depth_settings(DepthParameters(points_max=POINTS_MAX), ITERATIONS),
+            region_settings(REGION, ITERATIONS),
+            depth_settings(DEPTH, ITERATIONS),
             occlusion_settings(self.parameters, has_depth=True),
             np.array(tikhonov),
             lines,
