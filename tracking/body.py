@@ -93,4 +93,5 @@ def _readonly(array: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
 
 def _counts(measures: Sequence[npt.NDArray[np.float32]], most: int) -> npt.NDArray[np.int64]:
     shares = [np.asarray(measure) / np.asarray(measure).max() for measure in measures]
-    return np.ceil(np.array(shares) * most).astype(np.int64)
+    counts: npt.NDArray[np.int64] = np.ceil(np.array(shares) * most).astype(np.int64)
+    return counts

@@ -10,14 +10,11 @@ import numpy as np
 from snapfit.models.asset import Part
 from snapfit.models.recording import GroundTruth
 from snapfit.models.symmetry import distance_modulo_symmetry
-from snapfit.tracking.metrics import Points, add_or_add_s_m, quantile, recall, surface_points
+from snapfit.tracking.metrics import add_m, add_s_m, model_vertices, quantile, recall
 from snapfit.tracking.result import PartEstimate, Status
 
 LEAST_VISIBILITY = 0.5
 """Errors are judged where at least this share of the part is visible."""
-
-_N_POINTS = 1000
-_SEED = 0
 
 
 @dataclass(eq=False)
@@ -46,8 +43,7 @@ class PartEvaluation:
     adds_m: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        rng = np.random.default_rng(_SEED)
-        self._points: Points = surface_points(self.part.mesh, _N_POINTS, rng)
+        self._points = model_vertices(self.part.mesh)
 
     def add(self, estimate: PartEstimate, truth: GroundTruth | None) -> None:
         """Take in one frame; without truth it counts, but is not judged."""
@@ -93,10 +89,11 @@ class PartEvaluation:
             return
         true = truth.camera_from_body[name]
         pose = estimate.camera_from_body
-        translation_m = rotation_rad = add_m = math.inf
+        translation_m = rotation_rad = error_m = math.inf
         if pose is not None:
             translation_m, rotation_rad = distance_modulo_symmetry(true, pose, symmetry)
-            add_m = add_or_add_s_m(self._points, pose, true, symmetry)
+            add = add_m if symmetry.is_none else add_s_m
+            error_m = add(self._points, pose, true)
         self.translations_m.append(translation_m)
         self.rotations_rad.append(rotation_rad)
-        self.adds_m.append(add_m)
+        self.adds_m.append(error_m)

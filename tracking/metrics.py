@@ -1,6 +1,7 @@
 """Errors of poses and scores over frames, each with the paper and equation it comes from.
 
-Poses are `camera_from_body`; points are of the body, (N, 3), metres, body frame. A frame without
+Poses are `camera_from_body`; points are vertices of the body, (N, 3), metres, body frame. The
+definitions are those of the public BOP toolkit (`pose_error.py`), to rounding. A frame without
 an estimate has the error infinity, so that it counts as a failure in every score.
 """
 
@@ -16,92 +17,106 @@ from snapfit.models.camera import PinholeCamera
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Pose
 from snapfit.models.symmetry import Symmetry
+from snapfit.tracking.kernels.metrics import least_largest_distance_m, least_largest_distance_px
 
 Points = npt.NDArray[np.float64]
 Errors = npt.NDArray[np.floating[Any]]
 
+MOST_VERTICES = 3000
+"""ADD(-S) takes at most so many of a mesh's vertices."""
 
-def surface_points(mesh: Mesh, n_points: int, rng: np.random.Generator) -> Points:
-    """(N, 3) float64 points spread evenly over a mesh, metres, body frame.
+SYMMETRY_STEP = 0.01
+"""A continuous axis is cut so that no point travels further than this share of the diameter."""
 
-    The papers take vertices, which on a CAD mesh crowd at fillets and leave flat faces bare.
+_SEED = 0
+
+
+def model_vertices(mesh: Mesh, most: int | None = MOST_VERTICES) -> Points:
+    """(N, 3) float64 vertices of a mesh, those that stick out first, metres, body frame.
+
+    Of a larger mesh `most` vertices are drawn without replacement, the same ones every time.
     """
-    corners = mesh.vertices[mesh.faces].astype(np.float64)
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    areas = np.linalg.norm(np.cross(first, second), axis=1)
-    chosen = rng.choice(len(areas), size=n_points, p=areas / areas.sum())
-    u, v = rng.random((2, n_points, 1))
-    # A point beyond the diagonal of the parallelogram goes back into the triangle.
-    beyond = u + v > 1
-    u, v = np.where(beyond, 1 - u, u), np.where(beyond, 1 - v, v)
-    points: Points = corners[chosen, 0] + u * first[chosen] + v * second[chosen]
-    return points
+    vertices = mesh.vertices.astype(np.float64)
+    if most is not None and len(vertices) > most:
+        rng = np.random.default_rng(_SEED)
+        vertices = vertices[np.sort(rng.choice(len(vertices), most, replace=False))]
+    order = np.argsort(-np.linalg.norm(vertices - mesh.center_m, axis=1), kind="stable")
+    return np.ascontiguousarray(vertices[order])
+
+
+def symmetry_motions(symmetry: Symmetry, diameter_m: float) -> Points:
+    """(S, 4, 4) motions that map a body onto itself, the identity first, metres.
+
+    A continuous axis is cut into 315 angles, as the BOP toolkit does (`max_sym_disc_step` 0.01).
+    """
+    motions = symmetry.sampled(SYMMETRY_STEP * diameter_m, diameter_m / 2)
+    return np.array([motion.matrix for motion in motions])
 
 
 def add_m(points: Points, estimate: Pose, truth: Pose) -> float:
     """ADD: mean distance of the same points (Hinterstoisser et al. 2012, eq. 2; GBOT, e_ADD)."""
-    return float(_distances(points, estimate, truth).mean())
+    moved = estimate.transform(points) - truth.transform(points)
+    return float(np.linalg.norm(moved, axis=1).mean())
 
 
-def add_s_m(points: Points, estimate: Pose, truth: Pose) -> float:
-    """ADD-S: mean distance to the closest point (Hinterstoisser et al. 2012, eq. 3)."""
-    # In the true body frame the tree needs no rebuilding for other estimates.
-    moved = (truth.inverse() @ estimate).transform(points)
-    distances, _ = cKDTree(points).query(moved)
+def add_s_m(points: Points, estimate: Pose, truth: Pose, tree: cKDTree | None = None) -> float:
+    """ADD-S: mean distance from true points to the closest estimated (Hinterstoisser, eq. 3).
+
+    The GBOT paper's e_ADD-S goes from estimated points to true ones; this is the direction of
+    the BOP toolkit, with which its published figures were computed.
+
+    Args:
+        points: of the body.
+        estimate, truth: `camera_from_body`.
+        tree: of the points, if there is one: in the estimated body frame it serves every pose.
+    """
+    true = (estimate.inverse() @ truth).transform(points)
+    distances, _ = (tree or cKDTree(points)).query(true)
     return float(np.mean(distances))
 
 
-def add_or_add_s_m(points: Points, estimate: Pose, truth: Pose, symmetry: Symmetry) -> float:
-    """ADD(-S): ADD-S for a part with a symmetry, ADD for any other (GBOT, section 5.2)."""
-    if symmetry.is_none:
-        return add_m(points, estimate, truth)
-    return add_s_m(points, estimate, truth)
-
-
-def mssd_m(
-    points: Points, estimate: Pose, truth: Pose, symmetry: Symmetry, step_m: float = 0.001
-) -> float:
+def mssd_m(points: Points, estimate: Pose, truth: Pose, motions: Points) -> float:
     """MSSD: the largest distance, least over the symmetries (Hodan et al. 2020, eq. 2).
 
     Args:
         points: of the body.
         estimate, truth: `camera_from_body`.
-        symmetry: of the body.
-        step_m: how finely a continuous axis is cut.
+        motions: (S, 4, 4), from `symmetry_motions`.
     """
-    motions = symmetry.sampled(step_m, _radius_m(points))
-    return min(float(_distances(points, estimate, truth @ motion).max()) for motion in motions)
+    moved = (truth.inverse() @ estimate).transform(points)
+    return float(least_largest_distance_m(moved, points, motions))
 
 
 def mspd_px(
-    points: Points,
-    estimate: Pose,
-    truth: Pose,
-    symmetry: Symmetry,
-    camera: PinholeCamera,
-    step_m: float = 0.001,
+    points: Points, estimate: Pose, truth: Pose, motions: Points, camera: PinholeCamera
 ) -> float:
     """MSPD: the largest distance in the image, least over the symmetries (Hodan 2020, eq. 3).
+
+    Infinite where the estimate has a point behind the camera.
 
     Args:
         points: of the body.
         estimate, truth: `camera_from_body`.
-        symmetry: of the body.
+        motions: (S, 4, 4), from `symmetry_motions`.
         camera: into which points are projected.
-        step_m: how finely a continuous axis is cut.
     """
-    moved = camera.project(estimate.transform(points))
-    errors_px = []
-    for motion in symmetry.sampled(step_m, _radius_m(points)):
-        true = camera.project((truth @ motion).transform(points))
-        errors_px.append(float(np.linalg.norm(moved - true, axis=1).max()))
-    return min(errors_px)
+    moved = estimate.transform(points)
+    if moved[:, 2].min() <= 0:
+        return float("inf")
+    intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], dtype=np.float64)
+    poses = truth.matrix @ motions
+    return float(least_largest_distance_px(camera.project(moved), points, poses, intrinsics))
 
 
 def recall(errors: Errors, threshold: float) -> float:
     """Share of errors below a threshold, 0 to 1; not a number without any."""
     errors = np.asarray(errors)
     return float((errors < threshold).mean()) if errors.size else float("nan")
+
+
+def average_recall(errors: Errors, thresholds: Errors) -> float:
+    """BOP's AR: mean recall over several thresholds, 0 to 1 (Hodan et al. 2020, section 2.4)."""
+    return float(np.mean([recall(errors, threshold) for threshold in thresholds]))
 
 
 def area_under_curve(errors: Errors, largest: float) -> float:
@@ -119,13 +134,3 @@ def quantile(errors: Errors, share: float) -> float:
     if not errors.size:
         return float("nan")
     return float(np.quantile(errors, share, method="inverted_cdf"))
-
-
-def _distances(points: Points, estimate: Pose, truth: Pose) -> Points:
-    distances: Points = np.linalg.norm(estimate.transform(points) - truth.transform(points), axis=1)
-    return distances
-
-
-def _radius_m(points: Points) -> float:
-    center = (points.max(axis=0) + points.min(axis=0)) / 2
-    return float(np.linalg.norm(points - center, axis=1).max())

@@ -69,6 +69,8 @@ class Optimiser:
         )
         self._counts = np.zeros((n, _PARTS_A_BODY, 2, 4), dtype=np.int64)
         self._images: Images | None = None
+        depth_camera = camera.depth or camera.color
+        self._no_depth = np.zeros((depth_camera.height, depth_camera.width), dtype=np.uint16)
         self.support = np.zeros((n, 2), dtype=np.int64)
         self.likelihoods = np.zeros(n)
 
@@ -119,7 +121,7 @@ class Optimiser:
         check_frame(frame, self._camera)
         if self._parameters.occlusion.modelled:
             self._nearby.render(self._bodies)
-        depth = np.zeros((1, 1), dtype=np.uint16) if frame.depth is None else frame.depth
+        depth = self._no_depth if frame.depth is None else frame.depth
         self._images = Images(
             color=np.ascontiguousarray(frame.color),
             depth=np.ascontiguousarray(depth),

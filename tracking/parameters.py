@@ -38,13 +38,13 @@ class RegionParameters:
     """
 
     lines_max: int = 300
-    scales_px: tuple[int, ...] = (6, 4, 2, 1)
+    scales_px: tuple[int, ...] = (6, 4, 2, 2, 1)
     standard_deviations_px: tuple[float, ...] = (15.0, 5.0, 3.5, 1.5)
     min_continuous_distance: float = 3.0
     amplitude: float = 0.43
     slope: float = 0.5
     learning_rate: float = 1.3
-    outlying: float = 1.5
+    outlying: float = 1.0
     global_updates: int = 1
 
     @property
@@ -70,7 +70,7 @@ class DepthParameters:
 
     points_max: int = 300
     considered_distances_m: tuple[float, ...] = (0.05, 0.02, 0.01)
-    standard_deviations_m: tuple[float, ...] = (0.05, 0.03, 0.01, 0.008)
+    standard_deviations_m: tuple[float, ...] = (0.05, 0.03, 0.01, 0.012)
     strides_m: tuple[float, ...] = (0.01, 0.005)
     beside: float = 2.0
     beside_slope: float = 0.5
@@ -111,7 +111,7 @@ class OcclusionParameters:
     measured: bool = True
     modelled: bool = True
     radius_m: float = 0.005
-    measured_threshold_m: float = 0.03
+    measured_threshold_m: float = 0.035
     modelled_threshold_m: float = 0.005
     image_scale: float = 0.25
     faces_max: int = 800
@@ -145,9 +145,9 @@ class StartParameters:
         distance_m: ... and moved by this to and from the camera.
     """
 
-    margins_px: tuple[float, ...] = (8.0, 6.0, 4.0, 3.0, 2.0, 1.0)
-    rotation_deg: float = 5.0
-    distance_m: float = 0.008
+    margins_px: tuple[float, ...] = (2.0,) * 8
+    rotation_deg: float = 8.0
+    distance_m: float = 0.012
 
 
 @dataclass(frozen=True)

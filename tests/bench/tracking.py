@@ -1,4 +1,4 @@
-"""Speed of the tracker and of the viewpoint models: python tests/bench/tracking.py
+"""Speed of the tracker and of the viewpoint models: python tests/bench/run.py tracking
 
 Medians over frames in which every part moves by 3 mm and 1.5 degrees; 300 lines and 300 points a
 part, 6 correspondence x 2 update iterations, measured and modelled occlusion, everything that
@@ -7,7 +7,6 @@ part, 6 correspondence x 2 update iterations, measured and modelled occlusion, e
 
 from __future__ import annotations
 
-import os
 import statistics
 import time
 
@@ -15,8 +14,6 @@ import numpy as np
 from bench_scene import CAMERA, Scene, make_scene
 from figure import Figure, at_most
 from numba import njit
-from rich.console import Console
-from rich.table import Table
 
 from snapfit.models.asset import find_asset
 from snapfit.models.viewpoint_build import build_viewpoint_model
@@ -106,19 +103,3 @@ def _yardstick(color, table, scales, places, step):  # type: ignore[no-untyped-d
             if segment_probabilities(color, table, scale, places, i, segments):
                 posterior(segments, step, distributions, i)
                 moments(distributions, i, np.float32(0.5), moment)
-
-
-def print_figures(title: str, figures: list[Figure]) -> None:
-    """The figures as a table on the terminal."""
-    table = Table(title=title)
-    for column in ("figure", "value", "bound", ""):
-        table.add_column(column)
-    marks = {None: "", True: "kept", False: "MISSED"}
-    for figure in figures:
-        value = f"{figure.value:.3g} {figure.unit}"
-        table.add_row(figure.name, value, figure.bound, marks[figure.is_kept])
-    Console().print(table)
-
-
-if __name__ == "__main__":
-    print_figures(f"snapfit's tracker on {os.cpu_count()} cores", run())

@@ -31,7 +31,7 @@ _WORST_POINT = -1.0
 @njit(cache=True, nogil=True, fastmath=FAST)
 def weigh_lines(
     body: int, n_lines: int, camera: Intrinsics, pose: F32, lines: Lines, tolerance_px: np.float32
-) -> tuple[int, float]:
+) -> tuple[int, np.float32]:
     """How many valid lines see their contour where a pose puts it, and their log likelihood.
 
     A line agrees when the mean of its posterior lies within the tolerance and the posterior is
@@ -63,7 +63,7 @@ def weigh_lines(
 @njit(cache=True, nogil=True, fastmath=FAST)
 def weigh_points(
     body: int, n_points: int, pose: F32, points: Points, tolerance_m: np.float32
-) -> tuple[int, float]:
+) -> tuple[int, np.float32]:
     """How many valid points lie within the tolerance of their measured plane, and a likelihood.
 
     The likelihood of a point is 1 - (error / tolerance)^2, and no less than -1.
