@@ -29,7 +29,7 @@ class RegionParameters:
         scales_px: pixels of a segment, along the dominant image axis.
         standard_deviations_px: of the contour's place, an iteration.
         min_continuous_distance: foreground and background a line needs on both sides, segments.
-        amplitude: of the smoothed step functions, 0 to 0.5.
+        amplitude: of the smoothed step functions, between 0 and 0.5.
         slope: of the smoothed step functions, segments.
         learning_rate: factor on the local gradient of the posterior.
         outlying: standard deviations at which a line's weight is halved (Cauchy): a shadow or a
@@ -46,6 +46,12 @@ class RegionParameters:
     learning_rate: float = 1.3
     outlying: float = 1.0
     global_updates: int = 1
+
+    def __post_init__(self) -> None:
+        if not 0 < self.amplitude < 0.5:
+            raise TrackingError(f"amplitude is {self.amplitude}: it must lie between 0 and 0.5")
+        if not self.scales_px or min(self.scales_px) < 1:
+            raise TrackingError(f"scales_px is {self.scales_px}: each must be 1 px or more")
 
     @property
     def min_variance(self) -> float:
@@ -167,5 +173,11 @@ class TrackerParameters:
 
 
 def per_iteration(values: Sequence[float], iterations: int) -> list[float]:
-    """The value of each correspondence iteration; the last one given repeats."""
+    """The value of each correspondence iteration; the last one given repeats.
+
+    Raises:
+        TrackingError: there is no value.
+    """
+    if not values:
+        raise TrackingError("a parameter of the iterations has no value: give at least one")
     return [float(values[min(i, len(values) - 1)]) for i in range(iterations)]

@@ -10,13 +10,12 @@ import sys
 from pathlib import Path
 
 import serving
+import tracker_speed
 from figure import Figure
 from rich.console import Console
 from rich.table import Table
 
-import tracking
-
-SUITES = {"tracking": tracking.run, "serving": serving.run}
+SUITES = {"tracking": tracker_speed.run, "serving": serving.run}
 
 
 def main() -> int:

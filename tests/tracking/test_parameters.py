@@ -121,3 +121,20 @@ def test_working_arrays_are_empty_and_never_of_no_size(n: int, wanted: int) -> N
         assert array.shape[:2] == (3, wanted)
         assert not array.any()
     assert lines.posterior.shape[2] == DISTRIBUTION_LENGTH
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 0.5, -0.1, float("nan")])
+def test_an_amplitude_that_is_no_step_is_refused(amplitude: float) -> None:
+    with pytest.raises(TrackingError, match="amplitude"):
+        RegionParameters(amplitude=amplitude)
+
+
+@pytest.mark.parametrize("scales_px", [(), (2, 0)])
+def test_scales_under_a_pixel_are_refused(scales_px: tuple[int, ...]) -> None:
+    with pytest.raises(TrackingError, match="scales_px"):
+        RegionParameters(scales_px=scales_px)
+
+
+def test_a_parameter_without_value_is_refused() -> None:
+    with pytest.raises(TrackingError, match="at least one"):
+        per_iteration((), 3)
