@@ -88,7 +88,16 @@ def circle(radius: float, segments: int, center: tuple[float, float] = (0.0, 0.0
     return corners
 
 
-def thread(root_radius: float, crest_radius: float, lead: float, starts: int, z: Span) -> Solid:
+def thread(
+    root_radius: float,
+    crest_radius: float,
+    lead: float,
+    starts: int,
+    z: Span,
+    *,
+    arc_points: int = 4,
+    step_deg: float = 15.0,
+) -> Solid:
     """A right-handed screw thread along z: trapezoid profile, an exact helix.
 
     Across its axis the thread is one closed curve, turned on along z (`lead` a turn); at z = 0 a
@@ -100,8 +109,10 @@ def thread(root_radius: float, crest_radius: float, lead: float, starts: int, z:
         lead: advance of one turn.
         starts: ridges around; the pitch is lead / starts.
         z: from, to.
+        arc_points: corners along a crest and along a root.
+        step_deg: largest turn from one section to the next.
     """
-    crest, flank, steps = 0.26, 0.22, 4
+    crest, flank, steps = 0.26, 0.22, arc_points
     share, radius = [], []
     for fraction in np.linspace(-crest / 2, crest / 2, steps):
         share.append(fraction)
@@ -113,7 +124,7 @@ def thread(root_radius: float, crest_radius: float, lead: float, starts: int, z:
     radii = np.tile(radius, starts)
     outline = np.column_stack([np.cos(2 * math.pi * turns), np.sin(2 * math.pi * turns)])
     length, twist_deg = z[1] - z[0], 360 * (z[1] - z[0]) / lead
-    divisions = math.ceil(abs(twist_deg) / 15)
+    divisions = math.ceil(abs(twist_deg) / step_deg)
     section = CrossSection([outline * radii[:, None]]).rotate(360 * z[0] / lead)
     solid = Manifold.extrude(section, length, divisions, twist_deg)
     return solid.translate([0, 0, z[0]])
