@@ -24,6 +24,11 @@ from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
 from snapfit.server.worker_spec import DEFAULT_PIPELINE
 
+_DESCRIPTION = """\
+Metres, radians, seconds; time stamps are integer microseconds of Unix time; quaternions are unit,
+in the order x, y, z, w. Poses map a part's frame into the colour camera's: x right, y down,
+z forward. `docs/conventions.md` in the repository tells all conventions on one page."""
+
 _NICENESS = 5  # tracking comes first; an answer that waits a millisecond is still an answer
 
 
@@ -48,6 +53,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     app = FastAPI(
         title="snapfit",
         summary="6D poses of parts on a workbench.",
+        description=_DESCRIPTION,
         version=version("snapfit"),
         lifespan=lifespan,
         redoc_url=None,

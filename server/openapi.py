@@ -25,7 +25,11 @@ def install_openapi(app: FastAPI) -> None:
 
 def _document(app: FastAPI) -> dict[str, Any]:
     document = get_openapi(
-        title=app.title, summary=app.summary, version=app.version, routes=app.routes
+        title=app.title,
+        summary=app.summary,
+        description=app.description,
+        version=app.version,
+        routes=app.routes,
     )
     for operations in document["paths"].values():
         for operation in operations.values():

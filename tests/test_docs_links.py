@@ -74,3 +74,9 @@ def test_a_broken_link_is_noticed(tmp_path: Path) -> None:
     assert is_broken(ROOT / "README.md", "#no-such-heading")
     assert is_broken(ROOT / "README.md", str(tmp_path))
     assert not is_broken(ROOT / "README.md", "#limits")
+
+
+def test_the_api_tells_where_the_conventions_are() -> None:
+    document = json.loads((ROOT / "openapi" / "openapi.json").read_text(encoding="utf-8"))
+    (page,) = re.findall(r"`(docs/[\w.]+)`", document["info"]["description"])
+    assert (ROOT / page).is_file()
