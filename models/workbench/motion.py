@@ -149,11 +149,12 @@ class Twist:
 
     Attributes:
         goal: `world_from_part` at the end.
-        axis: (3,) unit, part's frame, through its origin; a positive turn drives the screw on.
+        axis: (3,) unit, part's frame; a positive turn drives the screw on.
         turn_rad: whole turn.
         pitch_m: advance of one turn.
         n_twists: how often the hand takes hold.
         hold_share: share of a twist's duration in which the hand only changes its hold.
+        point_m: (3,) a point on the axis, part's frame.
     """
 
     goal: Pose
@@ -162,6 +163,7 @@ class Twist:
     pitch_m: float
     n_twists: int
     hold_share: float = 0.18
+    point_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def at(self, share: float) -> Pose:
         """`world_from_part` after a share of the duration, 0 to 1."""
@@ -172,4 +174,45 @@ class Twist:
         missing = self.turn_rad * (1 - (done + within) / self.n_twists)
         advance = self.pitch_m * missing / (2 * math.pi)
         back = Pose.exp([*(-missing * self.axis), *(-advance * self.axis)])
-        return self.goal @ back
+        to_axis = Pose.from_translation(*self.point_m)
+        return self.goal @ to_axis @ back @ to_axis.inverse()
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """Moved freely in the air along a Bezier curve while it turns.
+
+    Attributes:
+        start: `world_from_part`.
+        goal: `world_from_part`.
+        leave_m: (3,) from the start to the curve's second control point, world frame.
+        arrive_m: (3,) from the goal back to the curve's third control point, world frame.
+        tremor: of the hand; fades towards both ends.
+    """
+
+    start: Pose
+    goal: Pose
+    leave_m: Array
+    arrive_m: Array
+    tremor: Tremor
+
+    @cached_property
+    def curve(self) -> tuple[Array, Array]:
+        """Lengths (N,), m, along the curve and its points (N, 3), world frame."""
+        a, d = self.start.translation, self.goal.translation
+        controls = np.stack([a, a + self.leave_m, d + self.arrive_m, d])
+        t = np.linspace(0, 1, 65)[:, None]
+        bernstein = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
+        points = bernstein @ controls
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        return np.concatenate([[0], np.cumsum(steps)]), points
+
+    def at(self, share: float) -> Pose:
+        """`world_from_part` after a share of the duration, 0 to 1."""
+        lengths, points = self.curve
+        done = minimum_jerk(share)
+        position = [np.interp(done * lengths[-1], lengths, points[:, k]) for k in range(3)]
+        turn = (self.start.inverse() @ self.goal).log()[:3]
+        rotation = self.start.rotation @ Pose.exp([*(done * turn), 0, 0, 0]).rotation
+        pose = Pose.from_rotation_translation(rotation, position)
+        return pose.perturbed(math.sin(math.pi * min(max(share, 0), 1)) * self.tremor.at(share))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -58,12 +58,14 @@ class Move:
         start_s: when it starts.
         duration_s: how long it takes.
         motion: where it is meanwhile.
+        carried: `part_from_other` of what is joined to it and moves as one with it.
     """
 
     part: str
     start_s: float
     duration_s: float
     motion: Motion
+    carried: Mapping[str, Pose] = field(default_factory=dict)
 
     @property
     def end_s(self) -> float:
@@ -93,7 +95,10 @@ class Script:
         for move in self.moves:
             if time_s >= move.start_s:
                 share = (time_s - move.start_s) / move.duration_s
-                poses[move.part] = move.motion.at(min(share, 1.0))
+                pose = move.motion.at(min(share, 1.0))
+                poses[move.part] = pose
+                for name, part_from_other in move.carried.items():
+                    poses[name] = pose @ part_from_other
         return poses
 
     def state_at(self, time_s: float) -> str:

@@ -1,0 +1,114 @@
+"""Where the parts of an asset lie before the assembly: apart, in view, clear of what else is there.
+
+World frame as in `script`: the bench's top is z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from snapfit.models.errors import WorkbenchError
+from snapfit.models.mesh import Mesh
+from snapfit.models.pose import Array, Pose
+from snapfit.models.workbench.scene import Scene
+from snapfit.models.workbench.script import Place, resting_pose
+
+_CELL_M = 0.004
+_HALF_M = 0.6
+_AREA_X_M, _AREA_Y_M = (-0.36, 0.36), (-0.17, 0.26)
+_GAP_M, _NARROW_GAP_M = 0.012, 0.003
+_TRIES = 600
+_SIDES = tuple((s * (i == 0), s * (i == 1), s * (i == 2)) for i in range(3) for s in (-1.0, 1.0))
+# The depth camera looks into a narrower angle than the colour camera; corners are cut.
+_HALF_ANGLE_X_DEG, _CORNER_CUT, _BORDER_PX = 36.5, 0.45, 20
+
+Bytes = npt.NDArray[np.uint8]
+
+
+class Layout:
+    """The bench's top as a grid of places that are taken or free."""
+
+    def __init__(self, scene: Scene) -> None:
+        n = round(2 * _HALF_M / _CELL_M)
+        self._scene = scene
+        self._taken = np.zeros((n, n), dtype=np.uint8)
+        for item in scene.items:
+            self._draw(self._taken, item.world_from_body.transform(item.mesh.vertices), _GAP_M)
+
+    def reserve(self, points: Array, gap_m: float = _GAP_M) -> None:
+        """Keeps the ground under points (N, 3), world frame, m, free of parts."""
+        self._draw(self._taken, points, gap_m)
+
+    def put(self, mesh: Mesh, down: tuple[float, float, float], rng: np.random.Generator) -> Pose:
+        """`world_from_part` of a part that lies in view, near the middle, where nothing else is.
+
+        Raises:
+            WorkbenchError: there is no room left.
+        """
+        lying = resting_pose(mesh, Place(0.0, 0.0, 0.0, down))
+        for gap_m in (_GAP_M, _NARROW_GAP_M):
+            found = [
+                pose
+                for pose in (self._tried(lying, rng) for _ in range(_TRIES))
+                if self._is_free(pose.transform(mesh.vertices), gap_m)
+            ]
+            if found:
+                # A little from the middle, so that not all crowd there.
+                pose = min(found[:12], key=lambda pose: float(np.hypot(*pose.translation[:2])))
+                self.reserve(pose.transform(mesh.vertices), gap_m)
+                return pose
+        raise WorkbenchError("the parts do not fit on the workbench: there is no room left in view")
+
+    def _tried(self, lying: Pose, rng: np.random.Generator) -> Pose:
+        yaw, x, y = rng.uniform(0, 2 * math.pi), rng.uniform(*_AREA_X_M), rng.uniform(*_AREA_Y_M)
+        return Pose.from_translation(x, y, 0) @ Pose.exp([0, 0, yaw, 0, 0, 0]) @ lying
+
+    def _is_free(self, points: Array, gap_m: float) -> bool:
+        own = np.zeros_like(self._taken)
+        self._draw(own, points, gap_m)
+        if (own & self._taken).any():
+            return False
+        camera = self._scene.camera
+        pixels = camera.project(self._scene.camera_from_world.transform(points))
+        across = np.abs(pixels[:, 0] - camera.cx) + _CORNER_CUT * np.abs(pixels[:, 1] - camera.cy)
+        rows = pixels[:, 1]
+        half_px = camera.fx * math.tan(math.radians(_HALF_ANGLE_X_DEG))
+        inside = (rows > _BORDER_PX) & (rows < camera.height - _BORDER_PX) & (across < half_px)
+        return bool(inside.all())
+
+    def _draw(self, grid: Bytes, points: Array, gap_m: float) -> None:
+        cells = np.clip((points[:, :2] + _HALF_M) / _CELL_M, -5, len(grid) + 5)
+        hull = cv2.convexHull(np.round(cells).astype(np.int32))
+        cv2.fillConvexPoly(grid, hull, 1)
+        thickness = 2 * round(gap_m / _CELL_M) + 1
+        cv2.polylines(grid, [hull], isClosed=True, color=1, thickness=thickness)
+
+
+def flattest_side(mesh: Mesh) -> tuple[float, float, float]:
+    """The direction of the body that points down when it lies as flat as it can."""
+    return min(_SIDES, key=lambda down: _height_m(mesh, down))
+
+
+def roomiest_side(mesh: Mesh, beyond: Array) -> tuple[float, float, float]:
+    """The direction that points down when a part lies so that others can be mounted on it.
+
+    Args:
+        mesh: of the part.
+        beyond: (N, 3) points where other parts will be or come along, part's frame.
+    """
+
+    def cost(down: tuple[float, float, float]) -> float:
+        pose = resting_pose(mesh, Place(0.0, 0.0, 0.0, down))
+        below = max(-float(pose.transform(beyond)[:, 2].min()), 0.0)
+        return 3 * below + float(np.ptp(pose.transform(mesh.vertices)[:, 2]))
+
+    return min(_SIDES, key=cost)
+
+
+def _height_m(mesh: Mesh, down: tuple[float, float, float]) -> float:
+    pose = resting_pose(mesh, Place(0.0, 0.0, 0.0, down))
+    return float(np.ptp(pose.transform(mesh.vertices)[:, 2]))
