@@ -52,9 +52,11 @@ class TrackingResult:
         captured_at_ns: time of exposure, integer nanoseconds of Unix time.
         parts: one estimate for each tracked part, in the order of the asset.
         duration_ms: time that tracking took for the whole frame.
+        state: the assembly state; None where the method does not judge it.
     """
 
     frame: str
     captured_at_ns: int
     parts: tuple[PartEstimate, ...]
     duration_ms: float
+    state: str | None = None

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from snapfit.server.cli.asset import asset_app
+from snapfit.server.cli.benchmark import benchmark
 from snapfit.server.cli.document import openapi
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
@@ -19,7 +20,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, serve, track, openapi):
+for command in (demo, serve, track, benchmark, openapi):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
 

@@ -1,1 +1,1 @@
-"""The benchmark: methods over sequences with known truth, by the paper's measures and strict ones."""
+"""The benchmark: methods over sequences with known truth, judged as in the paper and strictly."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
 
 from snapfit.models.asset import Asset, find_asset
-from snapfit.models.bop import CAMERA_NAME
+from snapfit.models.bop import CAMERA_NAME, TRUTH_NAME, read_json
 from snapfit.models.errors import SequenceError
 from snapfit.models.gbot_dataset import PAPER_CONDITIONS, is_gbot_scene, load_gbot_scene
 from snapfit.models.recording import Recording
@@ -129,16 +132,25 @@ def _asset_of_bop(directory: Path) -> Asset | None:
 
 def _check_counts(recording: Recording) -> None:
     frames = {frame.name for frame in recording.frames}
-    without = sorted(frames - recording.truth.keys())
-    beyond = sorted(recording.truth.keys() - frames)
+    truths = recording.truth.keys() | _images_with_truth(recording)
+    without, beyond = sorted(frames - truths), sorted(truths - frames)
     if not without and not beyond:
         return
-    problem = f"{len(recording.frames)} frames, but ground truth of {len(recording.truth)}"
+    problem = f"{len(frames)} frames, but ground truth of {len(truths)}"
     if without:
         problem += f"; without truth: {_shortened(without)}"
     if beyond:
         problem += f"; without images: {_shortened(beyond)}"
     raise SequenceError(recording.directory, problem)
+
+
+def _images_with_truth(recording: Recording) -> set[str]:
+    """Names of all images that a BOP scene's truth speaks of; its reader keeps only those there."""
+    path = recording.directory / TRUTH_NAME
+    if (recording.directory / SEQUENCE_NAME).is_file() or not path.is_file():
+        return set()
+    digits = len(recording.frames[0].name)
+    return {f"{image:0{digits}d}" for image in read_json(path, TypeAdapter(dict[int, Any]))}
 
 
 def _shortened(names: Sequence[str]) -> str:

@@ -1,0 +1,52 @@
+"""`snapfit benchmark`: methods over a dataset with ground truth, as tables, plots and films."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snapfit.server.cli.errors import clear_errors
+
+
+def benchmark(
+    data: Annotated[
+        Path, typer.Option(help="Dataset (ASSET/test/CONDITION), or one recorded sequence.")
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for results; finished runs are kept in it.")],
+    methods: Annotated[str, typer.Option(help="Tracking methods, with commas between.")] = "icg",
+    asset: Annotated[
+        list[str] | None, typer.Option(help="Only this asset; may be given again.")
+    ] = None,
+    condition: Annotated[
+        list[str] | None, typer.Option(help="Only this condition; may be given again.")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="The first 100 frames of each sequence, no films.")
+    ] = False,
+    jobs: Annotated[
+        int, typer.Option(min=1, help="Sequences side by side; times need 1 to be trusted.")
+    ] = 1,
+    films: Annotated[
+        bool | None, typer.Option(help="Films of all methods side by side; not with --quick.")
+    ] = None,
+) -> None:
+    """Benchmark tracking methods: the paper's table, strict figures, plots and films."""
+    with clear_errors():
+        # The tracker's libraries take seconds to load, and --help needs none of them.
+        from snapfit.server.cli.benchmark_run import Wishes, run
+
+        names = tuple(name.strip() for name in methods.split(",") if name.strip())
+        run(
+            Wishes(
+                data=data,
+                out=out,
+                methods=tuple(dict.fromkeys(names)),
+                assets=tuple(asset or ()),
+                conditions=tuple(condition or ()),
+                quick=quick,
+                n_jobs=jobs,
+                films=not quick if films is None else films,
+            )
+        )

@@ -1,0 +1,111 @@
+"""Where figures come from: versions of code and data, command, commit, processor."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from snapfit.models.recording import Recording
+
+_HOUSE = Path(__file__).resolve().parents[2]
+_CODE = ("models/*.py", "tracking/*.py", "tracking/kernels/*.py", "tracking/sources/*.py")
+_OURS = ("judge.py", "run.py", "sequences.py")
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What ran the methods.
+
+    Attributes:
+        cpu: the processor's name.
+        n_cores: logical cores that this process may use.
+        system: operating system and Python.
+    """
+
+    cpu: str
+    n_cores: int
+    system: str
+
+    @classmethod
+    def here(cls) -> Machine:
+        """This machine."""
+        python = f"{platform.python_implementation()} {platform.python_version()}"
+        libraries = ", ".join(f"{name} {version(name)}" for name in ("numba", "numpy"))
+        return cls(_cpu(), _n_cores(), f"{platform.platform(terse=True)}, {python}, {libraries}")
+
+
+def command_line() -> str:
+    """The command that is running, as it can be typed again."""
+    return shlex.join(["snapfit", *sys.argv[1:]])
+
+
+def commit() -> str:
+    """The commit of the checkout that is running, "+" after it where files have changed.
+
+    Outside a checkout: the version of the installed package.
+    """
+    git = shutil.which("git")
+    if git is not None and (_HOUSE / ".git").exists():
+        name = _ask(git, "rev-parse", "--short=12", "HEAD")
+        if name:
+            changed = _ask(git, "status", "--porcelain", "--untracked-files=no")
+            return name + ("+" if changed else "")
+    return f"snapfit {version('snapfit')}"
+
+
+def code_version() -> str:
+    """A digest of all code that an estimate or its errors depend on."""
+    ours = Path(__file__).parent
+    paths = [path for pattern in _CODE for path in _HOUSE.glob(pattern)]
+    paths += [ours / name for name in _OURS]
+    sha = hashlib.sha256()
+    for path in sorted(paths):
+        sha.update(path.name.encode() + path.read_bytes())
+    return sha.hexdigest()[:16]
+
+
+def data_version(recording: Recording) -> str:
+    """A digest of a sequence: cameras, truth, parts, and its images' names and sizes.
+
+    It does not depend on where the sequence lies.
+    """
+    sha = hashlib.sha256(f"{recording.camera}{recording.frame_rate_hz}".encode())
+    for part in recording.parts:
+        sha.update(f"{part.name}{part.mesh.digest}".encode())
+        sha.update(f"{part.symmetry.kind}{len(part.symmetry.motions)}".encode())
+    for frame in recording.frames:
+        truth = recording.truth[frame.name]
+        sha.update(f"{frame.name}{truth.state}{frame.color.stat().st_size}".encode())
+        if frame.depth is not None:
+            sha.update(str(frame.depth.stat().st_size).encode())
+        for part in recording.parts:
+            sha.update(truth.camera_from_body[part.name].matrix.tobytes())
+    return sha.hexdigest()[:16]
+
+
+def _ask(git: str, *arguments: str) -> str:
+    command = [git, "-C", str(_HOUSE), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def _cpu() -> str:
+    info = Path("/proc/cpuinfo")
+    if info.is_file():
+        for line in info.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def _n_cores() -> int:
+    affinity = getattr(os, "sched_getaffinity", None)  # Linux alone has it.
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -1,0 +1,59 @@
+"""Pictures of all methods side by side: the camera's image, then one overlay a method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from snapfit.models.camera import PinholeCamera
+from snapfit.models.recording import Recording
+from snapfit.tracking.benchmark.run import Run
+from snapfit.tracking.overlay import draw_overlay
+from snapfit.tracking.sources.images import read_frame
+
+Image = npt.NDArray[np.uint8]
+
+_PANEL_WIDTH_PX = 640
+
+
+def panel_camera(camera: PinholeCamera) -> PinholeCamera:
+    """The camera of one panel, scaled down to its width; both sides even, as films need it."""
+    factor = min(1.0, _PANEL_WIDTH_PX / camera.width)
+    scaled = camera.scaled(factor)
+    width, height = (2 * max(length // 2, 1) for length in (scaled.width, scaled.height))
+    return replace(scaled, width=width, height=height)
+
+
+def pictures(recording: Recording, runs: Sequence[Run]) -> Iterator[Image]:
+    """Yields a picture (H, W, 3) uint8, BGR, for each frame.
+
+    Args:
+        recording: the sequence.
+        runs: of each method on it.
+
+    Raises:
+        FrameError: an image cannot be read.
+    """
+    camera = panel_camera(recording.camera.color)
+    for f, files in enumerate(recording.frames):
+        frame = read_frame(files, recording.camera, 0)
+        image = cv2.resize(frame.color, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
+        state = recording.truth[files.name].state
+        panels = [_labelled(image.copy(), f"{files.name}  {state or ''}")]
+        for run in runs:
+            overlay = draw_overlay(image, camera, recording.parts, run.estimates(f))
+            panels.append(_labelled(overlay, f"{run.method}  {run.states[f]}"))
+        yield np.hstack(panels)
+
+
+def _labelled(image: Image, text: str) -> Image:
+    """The image with a line of text that is legible on any ground."""
+    for color, thickness in (((0, 0, 0), 3), ((255, 255, 255), 1)):
+        cv2.putText(
+            image, text, (8, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, thickness, cv2.LINE_AA
+        )
+    return image
