@@ -23,6 +23,7 @@ from snapfit.models.truth import TRUTH_NAME, read_truth
 from snapfit.models.validation import describe, dotted, field_keys
 
 SEQUENCE_NAME = "sequence.json"
+COLOR_FOLDERS = ("color", "rgb")
 COLOR_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 _REMARK_PREFIX, _REMARK_SUFFIX = "reference_", "note"
@@ -231,7 +232,8 @@ def _initial_poses(path: Path, record: SequenceRecord, parts: tuple[Part, ...]) 
 
 def _files(directory: Path, name: str, has_depth: bool) -> FrameFiles:
     """The files of a frame; one that is missing is reported when the frame is read."""
-    stem = directory / "color" / name
+    folder = next((each for each in COLOR_FOLDERS if (directory / each).is_dir()), "color")
+    stem = directory / folder / name
     candidates = [stem.with_name(name + suffix) for suffix in COLOR_SUFFIXES]
     color = next((path for path in candidates if path.is_file()), candidates[0])
     return FrameFiles(name, color, directory / "depth" / f"{name}.png" if has_depth else None)

@@ -75,9 +75,9 @@ def _draw(axis: Any, run: Run) -> None:
 
 def _finish(figure: Figure, runs: Sequence[Run], path: Path) -> None:
     handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right upper", fontsize=8)
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
     note = "dashes: 10 cm; ticks at the top: no estimate; grey lines: the assembly state changes"
-    figure.suptitle(f"{runs[0].asset}   ({note})", fontsize=8)
+    figure.suptitle(f"{runs[0].asset}   ({note})", fontsize=7)
     try:
         figure.savefig(path, format="png", metadata={"Software": None})
     except OSError as error:
