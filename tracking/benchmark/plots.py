@@ -61,7 +61,7 @@ def _draw(axis: Any, run: Run) -> None:
         color = _color(i)
         seen = run.has_estimate[:, i]
         label = f"{name} (s)" if run.symmetric[i] else name
-        axis.plot(frames, np.where(seen, error_mm[:, i], np.nan), color=color, lw=1, label=label)
+        axis.plot(frames, np.where(seen, error_mm[:, i], np.nan), color=color, lw=1.2, label=label)
         lost = frames[~seen]
         axis.plot(lost, np.full(len(lost), _LOST_AT_MM), "|", color=color, ms=6)
     axis.axhline(1000 * PAPER_THRESHOLD_M, color="0.6", lw=0.8, ls="--")

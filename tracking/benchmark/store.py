@@ -84,7 +84,8 @@ class RunStore:
     def load(self, path: Path) -> tuple[Run, Circumstances] | None:
         """A finished run; None where there is none, or one that cannot be read."""
         try:
-            with np.load(path) as file:
+            # NumPy leaves a damaged file open that it opens by itself.
+            with path.open("rb") as stream, np.load(stream) as file:
                 arrays = {name: file[name] for name in file.files}
             facts = json.loads(str(arrays.pop(_FACTS)))
             plain = {name: facts.pop(name) for name in _PLAIN}
