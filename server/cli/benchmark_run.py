@@ -75,6 +75,8 @@ def run(wishes: Wishes) -> None:
     check_methods(wishes.methods)
     folders = find_sequences(wishes.data, wishes.assets, wishes.conditions)
     most_frames = QUICK_FRAMES if wishes.quick else None
+    for each in folders:
+        open_sequence(each, most_frames)  # What is incomplete is told before hours have passed.
     tasks = [Task(each, method, most_frames) for each in folders for method in wishes.methods]
     outcomes = _run(tasks, wishes, console)
     provenance = Provenance(command_line(), most_frames, _note(folders))
