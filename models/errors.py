@@ -1,5 +1,7 @@
 """Errors of what is known before the first frame: what is wrong, where, and what to do."""
 
+from __future__ import annotations
+
 from pathlib import Path
 
 
@@ -49,3 +51,16 @@ class ViewpointModelError(SnapfitError):
 
 class WorkbenchError(SnapfitError):
     """An asset that the simulated workbench cannot put together."""
+
+
+class DatasetError(SnapfitError):
+    """A dataset that cannot be written or read; names the file."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+        self.problem = problem
+
+    def __reduce__(self) -> tuple[type[DatasetError], tuple[Path, str]]:
+        """It comes back whole from another process."""
+        return type(self), (self.path, self.problem)

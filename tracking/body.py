@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba.typed import List
 
 from snapfit.models.asset import Part
 from snapfit.models.mesh import Mesh
@@ -67,16 +65,20 @@ def pack_models(bodies: Sequence[Body], lines_max: int, points_max: int) -> Mode
 
     Views get lines in proportion to their contour's length and points in proportion to their
     surface ("adaptive coverage", M3T): a bar seen from its end does not crowd its few pixels.
+    The result holds addresses: the bodies must live as long as it is used.
+
+    Raises:
+        TrackingError: the models differ in size or type.
     """
-    contours, surfaces = List(), List()
-    for body in bodies:
-        contours.append(_readonly(body.views.contour))
-        surfaces.append(_readonly(body.views.surface))
+    # One set of rows a view, so that the kernels need no other number to find a view.
+    if len({body.views.contour.shape for body in bodies}) != 1:
+        raise TrackingError("the viewpoint models differ in size: clear the cache of models")
     return Models(
         directions=np.array(bodies[0].views.directions, dtype=np.float32),
         neighbours=np.array(bodies[0].views.neighbours, dtype=np.int16),
-        contours=contours,
-        surfaces=surfaces,
+        contours=_addresses([body.views.contour for body in bodies]),
+        surfaces=_addresses([body.views.surface for body in bodies]),
+        n_rows=bodies[0].views.contour.shape[1],
         units=np.array([body.views.unit_m for body in bodies], dtype=np.float32),
         centers=np.array([body.views.center_m for body in bodies], dtype=np.float32),
         line_counts=_counts([body.views.contour_length_m for body in bodies], lines_max),
@@ -84,11 +86,12 @@ def pack_models(bodies: Sequence[Body], lines_max: int, points_max: int) -> Mode
     )
 
 
-def _readonly(array: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
-    """The same memory (a mapped file's, too) as a plain array of one type for all bodies."""
-    plain = np.asarray(array)[:]
-    plain.setflags(write=False)
-    return plain
+def _addresses(arrays: Sequence[npt.NDArray[np.int16]]) -> npt.NDArray[np.int64]:
+    """(B,) where the arrays lie; a memory-mapped one is read only where a view is looked at."""
+    for array in arrays:
+        if array.dtype != np.int16 or not array.flags.c_contiguous:
+            raise TrackingError("a viewpoint model is not int16 in C order")
+    return np.array([array.ctypes.data for array in arrays], dtype=np.int64)
 
 
 def _counts(measures: Sequence[npt.NDArray[np.float32]], most: int) -> npt.NDArray[np.int64]:

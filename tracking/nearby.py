@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from numba.typed import List
 
 from snapfit.models.camera import PinholeCamera
 from snapfit.models.mesh import simplified
@@ -29,11 +28,11 @@ class NearbyRendering:
         self, bodies: Sequence[Body], camera: PinholeCamera, parameters: OcclusionParameters
     ) -> None:
         small = camera.scaled(parameters.image_scale if parameters.modelled else 0.01)
-        self._vertices, self._faces = List(), List()
-        for body in bodies:
-            mesh = simplified(body.mesh, parameters.faces_max)
-            self._vertices.append(mesh.vertices)
-            self._faces.append(mesh.faces)
+        meshes = [simplified(body.mesh, parameters.faces_max) for body in bodies]
+        self._vertices = np.concatenate([mesh.vertices for mesh in meshes])
+        self._faces = np.concatenate([mesh.faces for mesh in meshes])
+        sizes = [(len(mesh.vertices), len(mesh.faces)) for mesh in meshes]
+        self._starts = np.cumsum([(0, 0), *sizes], axis=0, dtype=np.int64)
         self._centers = np.array([body.mesh.center_m for body in bodies], dtype=np.float32)
         self._radii = np.array([body.mesh.radius_m for body in bodies], dtype=np.float64)
         self._intrinsics = np.array([small.fx, small.fy, small.cx, small.cy])
@@ -48,6 +47,7 @@ class NearbyRendering:
         render_nearby(
             self._vertices,
             self._faces,
+            self._starts,
             self._centers,
             self._radii,
             bodies.active,

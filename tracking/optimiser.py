@@ -52,6 +52,7 @@ class Optimiser:
         n, iterations = len(bodies), parameters.optimiser.correspondence_iterations
         n_lines = region.lines_max if region else 0
         n_points = depth.points_max if depth and camera.depth else 0
+        self._kept_alive = tuple(bodies)
         self._models = pack_models(bodies, n_lines, n_points)
         self._bodies = _empty_bodies(n)
         self._lines = empty_lines(n, n_lines)

@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 from numba import njit
-from numba.typed import List
 
 from snapfit.models.raster_kernels import fill_body, finish_depth, to_camera
-from snapfit.tracking.kernels.types import F32, F64, U8
+from snapfit.tracking.kernels.types import F32, F64, I32, I64, U8
 
 
 @njit(cache=True, nogil=True)
 def render_nearby(
-    vertices: List[F32],
-    faces: List[F32],
+    vertices: F32,
+    faces: I32,
+    starts: I64,
     centers: F32,
     radii: F64,
     active: U8,
@@ -28,7 +28,9 @@ def render_nearby(
     """Draw every body whose image may touch another's; the others cannot hide anything.
 
     Args:
-        vertices, faces: for each body (V, 3) m, body frame, and (F, 3); simplified meshes.
+        vertices, faces: simplified meshes one after the other, (V, 3) m, body frame, and (F, 3)
+            with vertices counted from each body's first.
+        starts: (B + 1, 2) where each body's vertices and faces begin; last, where they end.
         centers, radii: (B, 3) and (B,) bounding spheres, body frame, m.
         active: (B,) 1 where a body is to be drawn.
         poses: (B, 4, 4) camera_from_body.
@@ -65,8 +67,9 @@ def render_nearby(
     for b in range(n):
         if neighboured[b] == 0:
             continue
-        points = to_camera(vertices[b], poses[b])
-        window = fill_body(points, faces[b], intrinsics, b + 1, 0, near_depth, near_id)
+        points = to_camera(vertices[starts[b, 0] : starts[b + 1, 0]], poses[b])
+        own_faces = faces[starts[b, 1] : starts[b + 1, 1]]
+        window = fill_body(points, own_faces, intrinsics, b + 1, 0, near_depth, near_id)
         if window[1] > window[0]:
             top, bottom = min(top, window[0]), max(bottom, window[1])
             left, right = min(left, window[2]), max(right, window[3])

@@ -12,11 +12,14 @@ from numba import njit, prange
 from snapfit.tracking.kernels.depth import find_points
 from snapfit.tracking.kernels.geometry import intrinsics, multiply_poses
 from snapfit.tracking.kernels.normal_equations import add_depth, add_region
+from snapfit.tracking.kernels.pointers import view_rows
 from snapfit.tracking.kernels.region import find_lines
 from snapfit.tracking.kernels.solve import apply_variation, newton_step
 from snapfit.tracking.kernels.types import (
+    CONTOUR_WIDTH,
     F64,
     I64,
+    SURFACE_WIDTH,
     Bodies,
     Cameras,
     DepthSettings,
@@ -75,7 +78,7 @@ def correspond(
         images,
         cameras,
         bodies,
-        models.contours[body][view],
+        view_rows(models.contours[body], view, models.n_rows, CONTOUR_WIDTH),
         unit,
         region,
         occlusion,
@@ -92,7 +95,7 @@ def correspond(
         images,
         cameras,
         bodies,
-        models.surfaces[body][view],
+        view_rows(models.surfaces[body], view, models.n_rows, SURFACE_WIDTH),
         unit,
         depth,
         occlusion,

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba.typed import List
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 I16 = npt.NDArray[np.int16]
+I32 = npt.NDArray[np.int32]
 I64 = npt.NDArray[np.int64]
 U8 = npt.NDArray[np.uint8]
 U16 = npt.NDArray[np.uint16]
@@ -22,6 +22,9 @@ U16 = npt.NDArray[np.uint16]
 FAST = {"contract", "reassoc", "nsz", "arcp"}
 """Fast mathematics that still knows NaN and infinity: a diverged step must be seen."""
 
+CONTOUR_WIDTH = 9
+SURFACE_WIDTH = 7
+"""Values of a contour point and of a surface point in a viewpoint model."""
 NORMAL_UNIT = np.float32(1.0 / 32767.0)
 
 
@@ -76,8 +79,9 @@ class Models(NamedTuple):
     Attributes:
         directions: (V, 3) unit, body frame, from the centre to the viewpoint.
         neighbours: (V, 6) adjacent views.
-        contours: for each body (V, N, 9), see `ViewpointModel.contour`.
-        surfaces: for each body (V, N, 7), see `ViewpointModel.surface`.
+        contours: (B,) address of each body's (V, N, 9) int16, see `ViewpointModel.contour`.
+        surfaces: (B,) address of each body's (V, N, 7) int16, see `ViewpointModel.surface`.
+        n_rows: N.
         units: (B,) metres a count of the two.
         centers: (B, 3) centre of the viewpoints, body frame, m.
         line_counts, point_counts: (B, V) lines and points that a view gets.
@@ -85,8 +89,9 @@ class Models(NamedTuple):
 
     directions: F32
     neighbours: I16
-    contours: List[I16]
-    surfaces: List[I16]
+    contours: I64
+    surfaces: I64
+    n_rows: int
     units: F32
     centers: F32
     line_counts: I64

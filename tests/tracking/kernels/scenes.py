@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba.typed import List
 
 from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.mesh import Mesh
@@ -147,17 +146,12 @@ def occlusion(*, measured: bool = False, modelled: bool = False) -> OcclusionSet
 def counted_models(line_counts: list[int], point_counts: list[int]) -> Models:
     """Viewpoint models of one view without points: how many lines and points each body has."""
     n = len(line_counts)
-    contours, surfaces = List(), List()
-    for _ in range(n):
-        for typed, width in ((contours, 9), (surfaces, 7)):
-            empty = np.zeros((1, 1, width), dtype=np.int16)
-            empty.setflags(write=False)
-            typed.append(empty)
     return Models(
         directions=np.array([[0, 0, -1]], dtype=np.float32),
         neighbours=np.zeros((1, 6), dtype=np.int16),
-        contours=contours,
-        surfaces=surfaces,
+        contours=np.zeros(n, dtype=np.int64),
+        surfaces=np.zeros(n, dtype=np.int64),
+        n_rows=0,
         units=np.ones(n, dtype=np.float32),
         centers=np.zeros((n, 3), dtype=np.float32),
         line_counts=np.array(line_counts, dtype=np.int64)[:, None],

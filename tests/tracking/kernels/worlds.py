@@ -61,6 +61,7 @@ class Refined:
 class World:
     """What is seen of two boxes at known poses, by colour and depth."""
 
+    known: Sequence[Body]  # the models hold addresses in these
     models: Models
     truth: tuple[Pose, ...]
     images: Images
@@ -130,7 +131,8 @@ def make_world() -> World:
         neighboured=np.zeros(2, dtype=np.uint8),
     )
     tables = np.array([_table(color, picture.part_id == i + 1) for i in range(2)])
-    return World(pack_models(bodies, LINES_MAX, POINTS_MAX), poses, images, tables)
+    models = pack_models(bodies, LINES_MAX, POINTS_MAX)
+    return World(bodies, models, poses, images, tables)
 
 
 def _table(color: Array, mask: Array) -> Array:
