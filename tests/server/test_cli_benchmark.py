@@ -12,12 +12,13 @@ import trimesh
 import typer
 from typer.testing import CliRunner
 
-from snapfit.models.asset import Part
+from snapfit.models.asset import Part, find_asset
 from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.models.recording import GroundTruth
 from snapfit.models.sequence import BodyRecord
 from snapfit.models.sequence_writer import SequenceWriter
+from snapfit.models.workbench.demo import demo_sequence
 from snapfit.server.cli import benchmark_run
 from snapfit.server.cli.benchmark import benchmark
 from snapfit.tracking.benchmark import run as run_module
@@ -178,6 +179,19 @@ def test_a_folder_that_cannot_be_written_is_one_line(
     assert result.exit_code == 2
     assert "cannot be made" in result.stderr
     assert made == []
+
+
+def test_quick_with_the_real_tracker_on_the_simulated_bench(tmp_path: Path) -> None:
+    sequence = demo_sequence(find_asset("hobby-corner-clamp"))
+    result = invoke(sequence, tmp_path, "--quick")
+    assert result.exit_code == 0, result.output
+    (row,) = json.loads((tmp_path / "benchmark.json").read_text())["rows"]
+    assert (row["asset"], row["condition"]) == ("hobby-corner-clamp", "recorded")
+    assert row["n_frames"] == 100
+    assert set(row["parts"]) == {"base", "jaw", "bolt"}
+    assert row["score"]["add_recall"] > 99
+    assert row["score"]["lost"] == 0
+    assert 0 < row["score"]["time_ms"] < 1000
 
 
 def test_asking_for_help_loads_no_tracker() -> None:

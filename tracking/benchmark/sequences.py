@@ -18,6 +18,7 @@ from snapfit.models.sequence import SEQUENCE_NAME, read_record
 from snapfit.tracking.sources.recorded import load_recording
 
 SPLIT = "test"
+MASKS = "mask_visib"
 ALONE = "recorded"
 """The condition of a single recorded sequence."""
 
@@ -100,6 +101,7 @@ def open_sequence(folder: SequenceFolder, most_frames: int | None = None) -> Rec
     """
     recording = _load(folder.directory)
     _check_counts(recording)
+    _check_masks(recording.directory)
     frames = recording.frames[:most_frames]
     names = [part.name for part in recording.parts]
     for frame in frames:
@@ -142,6 +144,19 @@ def _check_counts(recording: Recording) -> None:
     if beyond:
         problem += f"; without images: {_shortened(beyond)}"
     raise SequenceError(recording.directory, problem)
+
+
+def _check_masks(directory: Path) -> None:
+    """Of a BOP scene with masks every one must be there: who lost one may have lost more."""
+    path, folder = directory / TRUTH_NAME, directory / MASKS
+    if not folder.is_dir() or not path.is_file():
+        return
+    there = {each.name for each in folder.iterdir()}
+    for image, instances in read_json(path, TypeAdapter(dict[int, list[Any]])).items():
+        for i in range(len(instances)):
+            name = f"{image:06d}_{i:06d}.png"
+            if name not in there:
+                raise SequenceError(folder / name, "no such file: the dataset is incomplete")
 
 
 def _images_with_truth(recording: Recording) -> set[str]:

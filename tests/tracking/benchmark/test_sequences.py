@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from snapfit.models.errors import ManifestError, SequenceError
 from snapfit.tracking.benchmark.sequences import SequenceFolder, find_sequences, open_sequence
@@ -144,17 +145,32 @@ def test_a_bop_scene_is_read_with_the_datasets_own_meshes(dataset: Path) -> None
         open_sequence(folder)
 
 
-def test_images_of_a_bop_scene_must_match_its_truth(dataset: Path) -> None:
+@pytest.fixture
+def bop_scene(dataset: Path) -> SequenceFolder:
+    """A whole BOP scene with the meshes that it brings."""
     folder = find_sequences(dataset)[0]
     as_bop(folder.directory)
+    (folder.directory / "models").mkdir()
+    trimesh.creation.box((40, 50, 60)).export(folder.directory / "models" / "obj_000001.ply")
+    return folder
+
+
+def test_every_mask_of_a_bop_scene_must_be_there(bop_scene: SequenceFolder) -> None:
+    masks = bop_scene.directory / "mask_visib"
+    masks.mkdir()
+    for image in range(6):
+        (masks / f"{image:06d}_000000.png").write_bytes(b"")
+    assert len(open_sequence(bop_scene).frames) == 6
+    (masks / "000003_000000.png").unlink()
+    with pytest.raises(SequenceError, match=r"mask_visib/000003_000000.png: no such file"):
+        open_sequence(bop_scene)
+
+
+def test_images_of_a_bop_scene_must_match_its_truth(bop_scene: SequenceFolder) -> None:
+    folder = bop_scene
     scene = json.loads((folder.directory / "scene_gt.json").read_text())
     path = folder.directory / "scene_gt.json"
     path.write_text(json.dumps({**scene, "9": scene["0"]}))
-    import trimesh
-
-    models = folder.directory / "models"
-    models.mkdir()
-    trimesh.creation.box((40, 50, 60)).export(models / "obj_000001.ply")
     with pytest.raises(SequenceError, match="ground truth of 7; without images: 000009"):
         open_sequence(folder)
     path.write_text(json.dumps(scene))
