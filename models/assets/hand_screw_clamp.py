@@ -82,8 +82,8 @@ def _across(corners_xz: list[tuple[float, float]], y: tuple[float, float], edge:
 
 def _hollow(corners_xz: list[tuple[float, float]], side: int, depth: float) -> Solid:
     """A pocket into one side of a jaw."""
-    inner = _HALF_WIDTH - depth
-    return _across(corners_xz, tuple(sorted((side * inner, side * (_HALF_WIDTH + 9)))), 1.5)
+    inner, outer = _HALF_WIDTH - depth, _HALF_WIDTH + 9
+    return _across(corners_xz, (inner, outer) if side > 0 else (-outer, -inner), 1.5)
 
 
 def jaw_1() -> Solid:
