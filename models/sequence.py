@@ -25,6 +25,8 @@ from snapfit.models.validation import describe, dotted, field_keys
 SEQUENCE_NAME = "sequence.json"
 COLOR_FOLDERS = ("color", "rgb")
 COLOR_SUFFIXES = (".png", ".jpg", ".jpeg")
+# The second is BOP's name, so that one folder can be both.
+COLOR_FOLDERS = ("color", "rgb")
 
 _REMARK_PREFIX, _REMARK_SUFFIX = "reference_", "note"
 

@@ -334,7 +334,8 @@ class _Choreographer:
 
 def _hull_points(mesh: Mesh) -> Array:
     """(N, 3) vertices of a part's convex hull, which decide how high it stands."""
-    return mesh.vertices[ConvexHull(mesh.vertices).vertices].astype(np.float64)
+    points: Array = mesh.vertices[ConvexHull(mesh.vertices).vertices].astype(np.float64)
+    return points
 
 
 def _sliding_frames(way_m: Array, n: int) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -15,6 +15,7 @@ from snapfit.models.workbench.clutter import Item, clutter
 
 Singles = npt.NDArray[np.float32]
 
+STANDARD_CAMERA = AZURE_KINECT_720P
 _TEXELS_PER_M = 1250
 _TOP_X_M, _TOP_Y_M = (-0.86, 1.02), (-0.6, 0.74)
 _FLOOR_Z_M = -0.74
@@ -61,11 +62,15 @@ class Scene:
         """(3,) unit vector away from the bench, camera frame."""
         return self.camera_from_world.rotation[:, 2]
 
+    def scaled(self, factor: float) -> Scene:
+        """The same scene in a smaller or larger picture."""
+        return replace(self, camera=self.camera.scaled(factor))
+
 
 def standard_scene(rng: np.random.Generator) -> Scene:
     """A wooden bench under a lamp on the left and a bright ceiling."""
     return Scene(
-        camera=AZURE_KINECT_720P,
+        camera=STANDARD_CAMERA,
         camera_from_world=looking_at((0.0, -0.365, 0.43), (0.005, 0.01, 0.01)),
         lamps=(
             Lamp((-0.60, 0.05, 1.15), 0.16, (0.98, 1.10, 1.18)),

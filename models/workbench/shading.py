@@ -20,7 +20,7 @@ from snapfit.models.workbench.scene import Lamp, Scene, ground_seen, linear, loo
 Singles = npt.NDArray[np.float32]
 Bytes = npt.NDArray[np.uint8]
 
-_PART_GLOSS = 0.16
+PART_GLOSS = 0.16
 _MAP_PX = 768
 # Half the width that a lamp's shadow map covers on the bench: all of it, and the working place.
 _WIDE_M, _NARROW_M = 0.85, 0.42
@@ -93,15 +93,17 @@ class Studio:
         self.scene = scene
         self.parts = tuple(parts)
         self.whole = Window(0, 0, scene.camera.width, scene.camera.height)
-        self._encoding = _encoding()
+        self._encoding = encoding()
         self._albedo = linear(np.array([p.color_rgb[::-1] for p in parts], dtype=np.uint8))
-        self._gloss = np.full(len(parts), _PART_GLOSS, dtype=np.float32)
+        self._gloss = np.full(len(parts), PART_GLOSS, dtype=np.float32)
         self._ground = self._static_surfaces()
-        wide = [_LampCamera(lamp, scene, _WIDE_M) for lamp in scene.lamps]
-        self._narrow = [_LampCamera(lamp, scene, _NARROW_M) for lamp in scene.lamps]
+        wide = [LampCamera(lamp, scene, _WIDE_M) for lamp in scene.lamps]
+        self._narrow = [LampCamera(lamp, scene, _NARROW_M) for lamp in scene.lamps]
         items = [(item.mesh, item.world_from_body) for item in scene.items]
         self._item_shadows = [view.shadow(items) for view in wide]
-        self._lamps = _lamps(scene, [*wide, *self._narrow], *self._shadows({}))
+        self._lamps = kernel_lamps(
+            scene, scene.lamps, scene.ambient, [*wide, *self._narrow], *self._shadows({})
+        )
         self.empty = self._shade(self.whole, self._ground, self._shadows({}))
         self.empty_depth = _static_depth(scene, scene.camera)
 
@@ -187,14 +189,14 @@ class Studio:
         normal = np.empty((*depth.shape, 3), dtype=np.float32)
         normal[...] = scene.up
         surfaces = Surfaces(depth, normal, albedo, np.zeros_like(depth))
-        seen = render(camera, _item_bodies(scene), normals=True)
+        seen = render(camera, item_bodies(scene), normals=True)
         colors = np.array([item.color_rgb[::-1] for item in scene.items], dtype=np.uint8)
         gloss = np.array([item.gloss for item in scene.items], dtype=np.float32)
         surfaces.cover(seen, linear(colors), gloss)
         return surfaces
 
 
-class _LampCamera:
+class LampCamera:
     """A lamp as a camera that looks down at the working place."""
 
     def __init__(self, lamp: Lamp, scene: Scene, half_width_m: float) -> None:
@@ -220,30 +222,36 @@ class _LampCamera:
         return picture.depth, cv2.dilate(picture.part_id, self._reach).astype(np.uint8)
 
 
-def _item_bodies(scene: Scene) -> list[tuple[Mesh, Pose]]:
+def item_bodies(scene: Scene) -> list[tuple[Mesh, Pose]]:
+    """The things on the bench with `camera_from_body`."""
     return [(item.mesh, scene.camera_from_world @ item.world_from_body) for item in scene.items]
 
 
 def _static_depth(scene: Scene, camera: PinholeCamera) -> Singles:
     """(H, W) depth of ground and things, m."""
     depth, _ = ground_seen(scene, camera)
-    seen = render(camera, _item_bodies(scene)).depth
+    seen = render(camera, item_bodies(scene)).depth
     nearer: Singles = np.where((seen > 0) & (seen < depth), seen, depth)
     return nearer
 
 
-def _lamps(
-    scene: Scene, views: Sequence[_LampCamera], shadows: Singles, casts: Bytes
+def kernel_lamps(
+    scene: Scene,
+    lamps: Sequence[Lamp],
+    ambient: Array,
+    views: Sequence[LampCamera],
+    shadows: Singles,
+    casts: Bytes,
 ) -> kernels.Lamps:
-    """The scene's lamps for the kernels; `views` go once or more through all lamps."""
-    positions = [np.array(lamp.position_m) for lamp in scene.lamps]
+    """Lamps for the kernels; `views` go once or more through all lamps."""
+    positions = [np.array(lamp.position_m) for lamp in lamps]
     rows = [
         [*scene.camera_from_world.transform(position), lamp.diameter_m, *lamp.intensity]
-        for position, lamp in zip(positions, scene.lamps, strict=True)
+        for position, lamp in zip(positions, lamps, strict=True)
     ]
     return kernels.Lamps(
         rows=np.array(rows),
-        ambient=scene.ambient,
+        ambient=ambient,
         up=np.array(scene.up),
         map_lamp=np.arange(len(views)) % len(rows),
         lamp_from_camera=np.stack([view.light_from_camera.matrix for view in views]),
@@ -261,7 +269,7 @@ def _disc(n: int) -> Array:
     return np.column_stack([reach * np.cos(angle), reach * np.sin(angle)])
 
 
-def _encoding() -> Bytes:
+def encoding() -> Bytes:
     """Bytes of sRGB for 4096 equal steps of the square root of light (IEC 61966-2-1)."""
     light = np.linspace(0, 1, 4096) ** 2
     srgb = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)

@@ -9,6 +9,7 @@ import typer
 
 from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.benchmark import benchmark
+from snapfit.server.cli.dataset import dataset_app
 from snapfit.server.cli.document import openapi
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
@@ -23,6 +24,7 @@ app = typer.Typer(
 for command in (demo, serve, track, benchmark, openapi):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
+app.add_typer(dataset_app, name="dataset")
 
 
 def _show_version(value: bool) -> None:
