@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
@@ -39,6 +40,8 @@ from snapfit.tracking.errors import SourceError
 
 _SHOWN = ("< 0.1 d", "lost")
 """Of the strict figures, those that fit into a terminal."""
+
+_SUMMARY_WIDTH = 110
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,9 @@ def run(wishes: Wishes) -> None:
     _plot(outcomes, wishes.out, console)
     if wishes.films:
         _film(outcomes, wishes.out, console)
-    console.print(_summary(outcomes))
+    # In a narrow terminal long lines are folded, which is better than names cut off.
+    wide = Console(highlight=False, width=max(console.width, _SUMMARY_WIDTH))
+    wide.print(_summary(outcomes))
     console.print(f"written to {wishes.out}", soft_wrap=True)
 
 
@@ -172,7 +177,9 @@ def _note(folders: Sequence[SequenceFolder]) -> str:
 
 def _summary(outcomes: Sequence[Outcome]) -> Table:
     rows = rows_of(outcomes)
-    table = Table("asset", "condition", "method")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for title in ("asset", "condition", "method"):
+        table.add_column(title, no_wrap=True)
     columns = [*PAPER_COLUMNS, *(each for each in STRICT_COLUMNS if each[0] in _SHOWN)]
     for title, _ in columns:
         table.add_column(title, justify="right", no_wrap=True)

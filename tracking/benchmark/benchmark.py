@@ -7,7 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from snapfit.models.errors import SnapfitError
-from snapfit.tracking.benchmark.provenance import Machine, code_version, commit, data_version
+from snapfit.tracking.benchmark.provenance import (
+    Machine,
+    code_version,
+    commit,
+    data_version,
+    load_average,
+)
 from snapfit.tracking.benchmark.run import Run, run_method
 from snapfit.tracking.benchmark.sequences import SequenceFolder, open_sequence
 from snapfit.tracking.benchmark.store import Circumstances, RunStore
@@ -121,7 +127,7 @@ def run_task(
     if kept is not None:
         return Outcome(task, *kept, path, is_new=False)
     run = run_method(task.folder, recording, task.method, progress)
-    circumstances = Circumstances(Machine.here(), n_jobs, commit())
+    circumstances = Circumstances(Machine.here(), n_jobs, commit(), load_average())
     runs.save(path, run, circumstances)
     return Outcome(task, run, circumstances, path, is_new=True)
 

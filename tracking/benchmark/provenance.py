@@ -61,6 +61,12 @@ def commit() -> str:
     return f"snapfit {version('snapfit')}"
 
 
+def load_average() -> float | None:
+    """How many processes wanted to run over the last minute; None where the system does not say."""
+    ask = getattr(os, "getloadavg", None)
+    return round(ask()[0], 2) if ask else None
+
+
 def code_version() -> str:
     """A digest of all code that an estimate or its errors depend on."""
     ours = Path(__file__).parent

@@ -12,6 +12,9 @@ from snapfit.tracking.benchmark.benchmark import Outcome
 from snapfit.tracking.benchmark.scores import Score, mean_score, part_scores, run_score
 from snapfit.tracking.metrics import MOST_VERTICES
 
+_BUSY = 0.5
+"""Load beyond the number of cores from which on times are marked."""
+
 Column = tuple[str, Callable[[Score], str]]
 
 MEANING = f"""\
@@ -163,6 +166,13 @@ def _facts(outcomes: Sequence[Outcome], provenance: Provenance) -> Iterator[str]
         yield f"**Times are not to be trusted: {n_jobs} sequences ran side by side**"
     else:
         yield "Times: one sequence at a time"
+    busy = max((each.circumstances.load or 0.0) - _n_cores(each) for each in outcomes)
+    if busy > _BUSY:
+        yield f"**Times are too long: {busy:.1f} more processes than cores wanted to run**"
+
+
+def _n_cores(outcome: Outcome) -> int:
+    return outcome.circumstances.machine.n_cores
 
 
 def _table(rows: Sequence[Row], columns: Sequence[Column]) -> str:

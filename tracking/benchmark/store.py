@@ -28,11 +28,13 @@ class Circumstances:
         machine: where.
         n_jobs: how many sequences ran side by side: over one, times are not to be trusted.
         commit: of the code.
+        load: the machine's load average over the last minute of the run; None where unknown.
     """
 
     machine: Machine
     n_jobs: int
     commit: str
+    load: float | None = None
 
 
 class RunStore:

@@ -104,6 +104,15 @@ def test_times_of_sequences_side_by_side_are_marked(outcomes: list[Outcome]) -> 
     assert "**Times are not to be trusted: 2 sequences ran side by side**" in text
 
 
+def test_times_of_a_busy_machine_are_marked(outcomes: list[Outcome]) -> None:
+    circumstances = outcomes[0].circumstances
+    n_cores = circumstances.machine.n_cores
+    for load, is_busy in ((None, False), (n_cores - 0.5, False), (n_cores + 3.0, True)):
+        busy = replace(outcomes[0], circumstances=replace(circumstances, load=load))
+        text = markdown([busy], PROVENANCE)
+        assert ("**Times are too long: 3.0 more processes than cores" in text) == is_busy
+
+
 def test_the_json_holds_the_same_figures(outcomes: list[Outcome]) -> None:
     text = json.dumps(as_json(outcomes, PROVENANCE), allow_nan=False)
     content = json.loads(text)
