@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from manifold3d import Manifold, Mesh, triangulate
+from manifold3d import CrossSection, Manifold, Mesh, triangulate
 
 from snapfit.models.assets.solids import Points, Solid, Span, inset_polygon
 
@@ -88,6 +88,12 @@ def rectangle(x: Span, y: Span, radius: float = 0.0) -> Points:
     """A rectangle, its corners rounded."""
     corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])]
     return filleted([(*corner, radius) for corner in corners])
+
+
+def convex_outline(*points: Points) -> Points:
+    """The convex hull of sets of points (N, 2)."""
+    hull = CrossSection.hull_points(np.concatenate(points))
+    return np.array(hull.to_polygons()[0], dtype=np.float64)
 
 
 def stadium(x: Span, y: float, radius: float, steps: int = 12) -> Points:
