@@ -175,3 +175,21 @@ def test_images_of_a_bop_scene_must_match_its_truth(bop_scene: SequenceFolder) -
         open_sequence(folder)
     path.write_text(json.dumps(scene))
     assert len(open_sequence(folder).frames) == 6
+
+
+def test_the_published_dataset_is_found_and_opened(dataset: Path) -> None:
+    published = (dataset / "clamp").rename(dataset / "HobbyCornerClamp")
+    scene = published / "test" / "normal"
+    as_bop(scene)
+    names_there = ["Corner_Clamp_Base", "Corner_Clamp_Bolt", "Corner_Clamp_Jaw"]
+    truth = json.loads((scene / "scene_gt.json").read_text())
+    named = {i: [box | {"obj_id": name} for name in names_there] for i, (box,) in truth.items()}
+    (scene / "scene_gt.json").write_text(json.dumps(named))
+    (published / "models").mkdir()
+    for name in names_there:
+        trimesh.creation.box((40, 50, 60)).export(published / "models" / f"{name}.ply")
+    (folder,) = find_sequences(dataset, ["HobbyCornerClamp"], ["normal"])
+    recording = open_sequence(folder, 4)
+    assert len(recording.frames) == 4
+    assert [part.name for part in recording.parts] == names_there
+    assert list(recording.initial_poses) == names_there
