@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -13,7 +13,8 @@ from snapfit.models.asset import Part
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Array, Pose
 from snapfit.models.rasteriser import intrinsics_of, render
-from snapfit.models.workbench import kernels, stage_kernels
+from snapfit.models.workbench import cover_kernels, kernels, stage_kernels
+from snapfit.models.workbench.cover_kernels import MOVING, SHADOWED
 from snapfit.models.workbench.hand import Body
 from snapfit.models.workbench.light import DIM_AMBIENT, Light, moving_lamp
 from snapfit.models.workbench.scene import Lamp, Scene, ground_seen, linear
@@ -98,8 +99,9 @@ class Stage:
         self._fixed.stand(standing)
         sample = self._shade(self._whole, surfaces, self._fixed)
         light = np.zeros_like(sample)
-        mask = ((label > 0) & (label < ITEM_LABEL)).astype(np.uint8)
-        stage_kernels.lay_over(self._light, self._sample, sample, mask, 1.0, light)
+        mask = (label > 0) & (label < ITEM_LABEL)
+        mark = np.where(mask, MOVING, SHADOWED).astype(np.uint8)
+        stage_kernels.lay_over(self._light, self._sample, sample, mark, 1.0, light)
         smooth = np.empty_like(light)
         stage_kernels.soften_edges(light, np.where(mask, label, 0).astype(np.uint8), smooth)
         return Backdrop(surfaces, label, standing, smooth, sample, self._fixed.keep())
@@ -140,20 +142,28 @@ class Stage:
         for i, ((poses, _), drawn) in enumerate(zip(instants, bodies, strict=True)):
             surfaces = backdrop.surfaces.at(*window.slices)
             seen = backdrop.label[window.slices].copy()
-            moving = self._cover(surfaces, seen, window, drawn, self._labels(poses, drawn))
+            mark = self._cover(surfaces, seen, window, drawn, self._labels(poses, drawn))
             light.move([(body.mesh, body.world_from_body) for body in drawn])
-            after = self._shade(window, surfaces, light)
+            lit = cover_kernels.mark_shadowed(
+                surfaces.depth,
+                surfaces.normal,
+                intrinsics_of(window.camera(self.scene.camera)),
+                light.lamps,
+                len(lamps),
+                mark,
+            )
+            after = self._shade(window, replace(surfaces, depth=lit), light)
             stage_kernels.lay_over(
                 np.ascontiguousarray(standing[window.slices]),
                 np.ascontiguousarray(sample[window.slices]),
                 after,
-                moving,
+                mark,
                 1 / len(instants),
                 total,
             )
             if i == len(instants) // 2:
                 depth[window.slices], label[window.slices] = surfaces.depth, seen
-                edges = np.where(moving, seen, 0).astype(np.uint8)
+                edges = np.where(mark == MOVING, seen, 0).astype(np.uint8)
         soft = np.empty_like(total)
         stage_kernels.soften_edges(total, edges, soft)
         picture = standing.copy()
@@ -180,21 +190,30 @@ class Stage:
         bodies: Sequence[Body],
         labels: Sequence[int],
     ) -> Bytes:
-        """Draws bodies in front, in place; returns where (H, W) they are seen."""
+        """Draws bodies in front, in place; returns `cover_kernels`' marks (H, W)."""
+        mark = np.zeros(label.shape, dtype=np.uint8)
+        if not bodies:
+            return mark
         camera = window.camera(self.scene.camera)
         view = self.scene.camera_from_world
         seen = render(camera, [(b.mesh, view @ b.world_from_body) for b in bodies], normals=True)
         if HAND_LABEL in labels and seen.normal is not None:
-            first_hand = labels.index(HAND_LABEL) + 1
-            _smooth_normals(seen.normal, seen.part_id >= first_hand)
-        wins = (seen.depth > 0) & (seen.depth < surfaces.depth)
-        table = np.array([0, *labels], dtype=np.uint8)
-        if bodies:
-            colors = linear(np.array([b.color_rgb[::-1] for b in bodies], dtype=np.uint8))
-            gloss = np.array([body.gloss for body in bodies], dtype=np.float32)
-            surfaces.cover(seen, colors, gloss)
-            np.copyto(label, table[seen.part_id], where=wins)
-        return wins.astype(np.uint8)
+            _smooth_normals(seen.normal, seen.part_id, labels.index(HAND_LABEL) + 1)
+        cover_kernels.put_before(
+            surfaces.depth,
+            surfaces.normal,
+            surfaces.albedo,
+            surfaces.gloss,
+            label,
+            seen.depth,
+            seen.normal,
+            seen.part_id,
+            linear(np.array([b.color_rgb[::-1] for b in bodies], dtype=np.uint8)),
+            np.array([body.gloss for body in bodies], dtype=np.float32),
+            np.array(labels, dtype=np.uint8),
+            mark,
+        )
+        return mark
 
     def _window(self, bodies: Sequence[Body], lamps: Sequence[Lamp]) -> Window | None:
         """Where bodies and their shadows on the bench may be seen; None if nowhere."""
@@ -254,10 +273,8 @@ def _corners(body: Body) -> Array:
     return body.world_from_body.transform(low + unit * (high - low))
 
 
-def _smooth_normals(normal: Singles, where: npt.NDArray[np.bool_]) -> None:
-    """Rounds off a surface of flat faces (H, W, 3) in place: skin has no edges."""
-    weight = where.astype(np.float32)
+def _smooth_normals(normal: Singles, ids: Bytes, first: int) -> None:
+    """Rounds off what is drawn from the `first` id on, in place: skin has no edges."""
     size = (_SMOOTH_PX, _SMOOTH_PX)
-    mean = cv2.blur(cv2.blur(normal * weight[..., None], size), size)
-    length = np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-6)
-    np.copyto(normal, (mean / length).astype(np.float32), where=where[..., None])
+    mean = cv2.blur(cv2.blur(cover_kernels.only_where(normal, ids, first), size), size)
+    cover_kernels.unit_where(mean, ids, first, normal)

@@ -8,6 +8,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from snapfit.models.workbench.cover_kernels import MOVING, SHADOWED
+
 Singles = npt.NDArray[np.float32]
 Bytes = npt.NDArray[np.uint8]
 
@@ -17,7 +19,7 @@ _LEAST_LIGHT = 1e-4
 
 @numba.njit(**_FAST)
 def lay_over(
-    standing: Singles, before: Singles, after: Singles, moving: Bytes, weight: float, out: Singles
+    standing: Singles, before: Singles, after: Singles, mark: Bytes, weight: float, out: Singles
 ) -> None:
     """Adds a picture in which something moves in front of one in which nothing does.
 
@@ -27,18 +29,20 @@ def lay_over(
         standing: (H, W, 3) linear light without what moves.
         before: (H, W, 3) the same, as one sample a pixel gives it.
         after: (H, W, 3) one sample a pixel, with what moves.
-        moving: (H, W) not 0 where what moves is seen.
+        mark: (H, W) of `cover_kernels`: what moves, its shadow, or neither.
         weight: share of the exposure.
         out: (H, W, 3) is added to.
     """
     for row in range(standing.shape[0]):
         for column in range(standing.shape[1]):
+            kind = mark[row, column]
             for c in range(3):
-                value = after[row, column, c]
-                if moving[row, column] == 0:
+                value = standing[row, column, c]
+                if kind == MOVING:
+                    value = after[row, column, c]
+                elif kind == SHADOWED:
                     unshadowed = max(before[row, column, c], np.float32(_LEAST_LIGHT))
-                    share = min(max(value / unshadowed, np.float32(0)), np.float32(1))
-                    value = standing[row, column, c] * share
+                    value *= min(after[row, column, c] / unshadowed, np.float32(1))
                 out[row, column, c] += weight * value
 
 
