@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from snapfit.models.asset import Asset, find_asset
 from snapfit.server.pipeline import Image, Pipeline, Report
 from snapfit.server.worker_spec import DEMO_SOURCE, WorkerSpec
 from snapfit.tracking.errors import SourceError
 from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.overlay import draw_overlay
-from snapfit.tracking.result import TrackingResult
+from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.sources.recorded import RecordedSource, load_recording
 
 
@@ -35,6 +37,15 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
     def draw(image: Image, result: TrackingResult) -> Image:
         return draw_overlay(image, source.camera.color, source.parts, result.parts)
 
+    # Once now, so that the first picture does not wait for the compiler.
+    blank = np.zeros((source.camera.color.height, source.camera.color.width, 3), dtype=np.uint8)
+    poses = source.initial_poses.items()
+    draw_overlay(
+        blank,
+        source.camera.color,
+        source.parts,
+        [PartEstimate(name, Status.TRACKED, 1.0, pose) for name, pose in poses],
+    )
     return Pipeline(source, tracker, draw)
 
 

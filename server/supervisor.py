@@ -17,6 +17,7 @@ from snapfit.server.worker_spec import REFUSED_EXIT_CODE, WorkerSpec
 
 _END_LIMIT_S = 3.0
 _WATCH_PERIOD_S = 0.25
+_NOT_STARTED = -1
 _LOG = logging.getLogger(__name__)
 
 
@@ -99,7 +100,12 @@ class Supervisor:
         failed_starts = 0
         while not self._stop.is_set():
             generation = self._store.snapshots.latest
-            exit_code = self._run_once()
+            try:
+                exit_code = self._run_once()
+            except OSError as error:  # no memory or no process left for it: they may come back
+                exit_code = _NOT_STARTED
+                last_exit = f"could not be started: {error}"
+                self.status = replace(self.status, boot_id=None, pid=None, last_exit=last_exit)
             if self._stop.is_set():
                 return
             has_tracked = self._store.snapshots.latest > generation

@@ -98,3 +98,24 @@ def test_closing_waits_for_no_delay(store: PoseStore, monkeypatch: pytest.Monkey
     wait_for(lambda: watched.status.last_exit)
     watched.close()
     assert watched.status.pid is None
+
+
+def test_a_worker_that_cannot_be_started_is_tried_again(
+    store: PoseStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = []
+
+    def no_process(*_: object, **__: object) -> None:
+        tried.append(1)
+        raise OSError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("snapfit.server.supervisor.subprocess.Popen", no_process)
+    watched = supervisor(store, RestartPolicy(first_delay_s=0.01))
+    watched.start()
+    try:
+        wait_for(lambda: len(tried) >= 3)
+        assert watched.status.restarts >= 2
+        assert "could not be started" in (watched.status.last_exit or "")
+        assert watched.status.pid is None
+    finally:
+        watched.close()
