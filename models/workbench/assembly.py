@@ -18,21 +18,20 @@ from snapfit.models.asset import Asset
 from snapfit.models.manifest import JointType, Link, Step
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Array, Pose
-from snapfit.models.workbench.layout import Layout, flattest_side, roomiest_side
+from snapfit.models.workbench.layout import laid_out, root_of
 from snapfit.models.workbench.motion import Motion, Slide, Swing, Tremor, Twist
 from snapfit.models.workbench.mounting import Mount, joined, plan_mounts
 from snapfit.models.workbench.scene import Scene
-from snapfit.models.workbench.script import Move, Place, Script, resting_pose
+from snapfit.models.workbench.script import Move, Script
 from snapfit.models.workbench.speed import Speed, speed_of
 from snapfit.models.workbench.split import FRAME_RATE_HZ
 
 _REST, _GAP = 14, 11
-_WORK = Place(0.015, 0.03, 24.0, (0, 0, -1))
 _AIR_X_M, _AIR_Y_M, _AIR_Z_M = (-0.15, 0.15), (-0.12, 0.10), (0.10, 0.19)
 _PEAK_M = 0.0115
 _TWIST_FRAMES, _TWIST_RAD = 20, math.radians(75)
 _SUB_FRAMES = 30
-_TURN_WEIGHT = 0.6
+_TURN_WEIGHT, _UNTRACKED_WEIGHT = 0.6, 0.45
 _MEDIAN_MM, _MEDIAN_DEG = 3.0, 1.5
 _CALIBRATIONS, _CLOSE_ENOUGH = 8, 0.02
 
@@ -61,13 +60,14 @@ def timed_assembly(asset: Asset, scene: Scene, n_frames: int, seed: int) -> Scri
         WorkbenchError: no assembly graph, or the parts do not fit on the bench.
     """
     plan = plan_mounts(asset)
-    initial = _laid_out(asset, scene, plan, np.random.default_rng((seed, 0)))
+    initial = laid_out(asset, scene, plan, np.random.default_rng((seed, 0)))
     first = asset.states[0].name
     outer = {part.name: _hull_points(part.mesh) for part in asset.parts}
+    tracked = frozenset(part.name for part in asset.tracked_parts)
     pace, best, best_cost = Pace(), None, math.inf
     for _ in range(_CALIBRATIONS):
-        script = _Choreographer(first, outer, initial, plan, pace, seed).play(n_frames)
-        speed = speed_of(script, n_frames)
+        script = _Choreographer(first, tracked, outer, initial, plan, pace, seed).play(n_frames)
+        speed = speed_of(script, n_frames, tracked)
         off_mm, off_deg = _ratios(speed)
         cost = abs(math.log(off_mm)) + abs(math.log(off_deg))
         if cost < best_cost:
@@ -85,64 +85,20 @@ def _ratios(speed: Speed) -> tuple[float, float]:
     return max(speed.median_mm / _MEDIAN_MM, 0.1), max(speed.median_deg / _MEDIAN_DEG, 0.1)
 
 
-def _laid_out(
-    asset: Asset,
-    scene: Scene,
-    plan: Sequence[tuple[Step, tuple[Mount, ...]]],
-    rng: np.random.Generator,
-) -> dict[str, Pose]:
-    """`world_from_part` at first: the part that carries most in the middle, the others around."""
-    meshes = {part.name: part.mesh for part in asset.parts}
-    beyond: dict[str, list[Array]] = {
-        name: [meshes[name].vertices.astype(np.float64)] for name in meshes
-    }
-    links = [mount.link for _, mounts in plan for mount in mounts]
-    for _, mounts in plan:
-        for mount in mounts:
-            points = mount.link.parent_from_child.transform(meshes[mount.link.child].vertices)
-            beyond[mount.link.parent] += [points, points + mount.slide_m + mount.back_m]
-    root = root_of(links)
-    whole = joined(root, links)
-    beyond[root] += [pose.transform(meshes[name].vertices) for name, pose in whole.items()]
-    down = roomiest_side(meshes[root], np.vstack(beyond[root]))
-    place = Place(_WORK.x_m, _WORK.y_m, _WORK.yaw_deg, down)
-    poses = {root: _centred(meshes[root], resting_pose(meshes[root], place), place)}
-    layout = Layout(scene)
-    layout.reserve(poses[root].transform(np.vstack(beyond[root][:1])))
-    others = sorted((n for n in meshes if n != root), key=lambda n: -meshes[n].diameter_m)
-    for name in others:
-        is_parent = len(beyond[name]) > 1
-        side = roomiest_side(meshes[name], np.vstack(beyond[name])) if is_parent else None
-        poses[name] = layout.put(meshes[name], side or flattest_side(meshes[name]), rng)
-    return {name: poses[name] for name in meshes}
-
-
-def root_of(links: Sequence[Link]) -> str:
-    """The part that carries others and is carried by none; of several, that of most links."""
-    children = {link.child for link in links}
-    roots = [link.parent for link in links if link.parent not in children]
-    return max(roots, key=roots.count)
-
-
-def _centred(mesh: Mesh, pose: Pose, place: Place) -> Pose:
-    points = pose.transform(mesh.vertices)
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    return Pose.from_translation(place.x_m - middle[0], place.y_m - middle[1], 0) @ pose
-
-
 class _Choreographer:
     """Puts motions one after the other."""
 
     def __init__(
         self,
         first_state: str,
+        tracked: frozenset[str],
         outer: Mapping[str, Array],
         initial: Mapping[str, Pose],
         plan: Sequence[tuple[Step, tuple[Mount, ...]]],
         pace: Pace,
         seed: int,
     ) -> None:
-        self._outer = outer
+        self._tracked, self._outer = tracked, outer
         self._plan = plan
         self._pace = pace
         self._rng = np.random.default_rng((seed, 1))
@@ -159,8 +115,9 @@ class _Choreographer:
         n_turns = max(1, round(n_frames / 300))
         turned_after = {round((i + 1) * n_mounts / n_turns) for i in range(n_turns)}
         weights = []
-        for i in range(1, n_mounts + 1):
-            weights += [1.0, _TURN_WEIGHT] if i in turned_after else [1.0]
+        for i, mount in enumerate((m for _, mounts in self._plan for m in mounts), start=1):
+            weights.append(1.0 if mount.link.child in self._tracked else _UNTRACKED_WEIGHT)
+            weights += [_TURN_WEIGHT] if i in turned_after else []
         ends = _REST - _GAP + np.cumsum(weights) / sum(weights) * (n_frames - 2 * _REST + _GAP)
         entry = n_done = 0
         for step, mounts in self._plan:

@@ -149,7 +149,7 @@ def _grasp(group: list[Move], rng: np.random.Generator) -> Grasp:
     duration_s = end_s - start_s
     shoulder = np.array([rng.uniform(0.10, 0.45), -0.70, rng.uniform(0.08, 0.16)])
     side = np.array([rng.uniform(0.4, 1.0), rng.uniform(-0.6, 0.3), 0.25])
-    cover_s = max(_LEAST_COVER_S, 0.42 * duration_s)
+    cover_s = max(_LEAST_COVER_S, 0.30 * duration_s)
     middle_s = start_s + duration_s * rng.uniform(0.5, 0.6)
     cover = (middle_s - cover_s / 2, middle_s + cover_s / 2)
     return Grasp(group[0].part, start_s, end_s, shoulder, side, cover)

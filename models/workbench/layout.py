@@ -6,14 +6,18 @@ World frame as in `script`: the bench's top is z = 0.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from snapfit.models.asset import Asset
 from snapfit.models.errors import WorkbenchError
+from snapfit.models.manifest import Link, Step
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Array, Pose
+from snapfit.models.workbench.mounting import Mount, joined
 from snapfit.models.workbench.scene import Scene
 from snapfit.models.workbench.script import Place, resting_pose
 
@@ -22,6 +26,8 @@ _HALF_M = 0.6
 _AREA_X_M, _AREA_Y_M = (-0.36, 0.36), (-0.17, 0.26)
 _GAP_M, _NARROW_GAP_M = 0.012, 0.003
 _TRIES = 600
+# Where the part that carries the others lies: the first place and turn from which all is in view.
+_WORK_X_M, _WORK_YS_M, _WORK_YAWS_DEG = 0.015, (0.03, -0.03, -0.08), (24, -156, 84, -96, 144, -36)
 _SIDES = tuple((s * (i == 0), s * (i == 1), s * (i == 2)) for i in range(3) for s in (-1.0, 1.0))
 # The depth camera looks into a narrower angle than the colour camera; corners are cut.
 _HALF_ANGLE_X_DEG, _CORNER_CUT, _BORDER_PX = 36.5, 0.45, 20
@@ -86,6 +92,77 @@ class Layout:
         cv2.fillConvexPoly(grid, hull, 1)
         thickness = 2 * round(gap_m / _CELL_M) + 1
         cv2.polylines(grid, [hull], isClosed=True, color=1, thickness=thickness)
+
+
+Plan = Sequence[tuple[Step, tuple[Mount, ...]]]
+
+
+def laid_out(asset: Asset, scene: Scene, plan: Plan, rng: np.random.Generator) -> dict[str, Pose]:
+    """`world_from_part` at first: the part that carries most in the middle, the others around.
+
+    Raises:
+        WorkbenchError: there is no room for all.
+    """
+    meshes = {part.name: part.mesh for part in asset.parts}
+    beyond = _points_to_come(meshes, plan)
+    root = root_of([mount.link for _, mounts in plan for mount in mounts])
+    poses = {root: _working_pose(scene, meshes[root], beyond[root])}
+    layout = Layout(scene)
+    layout.reserve(poses[root].transform(meshes[root].vertices))
+    others = sorted((n for n in meshes if n != root), key=lambda n: -meshes[n].diameter_m)
+    for name in others:
+        is_parent = len(beyond[name]) > len(meshes[name].vertices)
+        side = roomiest_side(meshes[name], beyond[name]) if is_parent else None
+        poses[name] = layout.put(meshes[name], side or flattest_side(meshes[name]), rng)
+    return {name: poses[name] for name in meshes}
+
+
+def root_of(links: Sequence[Link]) -> str:
+    """The part that carries others and is carried by none; of several, that of most links."""
+    children = {link.child for link in links}
+    roots = [link.parent for link in links if link.parent not in children]
+    return max(roots, key=roots.count)
+
+
+def _points_to_come(meshes: Mapping[str, Mesh], plan: Plan) -> dict[str, Array]:
+    """(N, 3) by part, its frame: itself, what is mounted on it, from where; for the root, all."""
+    points = {name: [mesh.vertices.astype(np.float64)] for name, mesh in meshes.items()}
+    mounts = [mount for _, mounts in plan for mount in mounts]
+    links = [mount.link for mount in mounts]
+    root = root_of(links)
+    whole = joined(root, links)
+    for mount in mounts:
+        link = mount.link
+        own = link.parent_from_child.transform(meshes[link.child].vertices)
+        coming = own + mount.slide_m + mount.back_m
+        points[link.parent] += [own, coming]
+        if link.parent in whole and link.parent != root:
+            points[root] += [whole[link.parent].transform(each) for each in (own, coming)]
+    return {name: np.vstack(each) for name, each in points.items()}
+
+
+def _working_pose(scene: Scene, mesh: Mesh, beyond: Array) -> Pose:
+    """`world_from_part` where the part and all that comes to it are in view as well as can be."""
+    down = roomiest_side(mesh, beyond)
+    best, least_px = Pose.identity(), math.inf
+    for y_m in _WORK_YS_M:
+        for yaw_deg in _WORK_YAWS_DEG:
+            pose = resting_pose(mesh, Place(0.0, 0.0, float(yaw_deg), down))
+            points = pose.transform(mesh.vertices)
+            middle = (points.min(axis=0) + points.max(axis=0)) / 2
+            pose = Pose.from_translation(_WORK_X_M - middle[0], y_m - middle[1], 0) @ pose
+            outside_px = _outside_px(scene, pose.transform(beyond))
+            if outside_px < least_px - 0.5:
+                best, least_px = pose, outside_px
+    return best
+
+
+def _outside_px(scene: Scene, points: Array) -> float:
+    """How far the farthest of points (N, 3), world frame, is outside of the picture."""
+    camera = scene.camera
+    pixels = camera.project(scene.camera_from_world.transform(points))
+    high = np.array([camera.width, camera.height]) - _BORDER_PX
+    return float(np.maximum(np.maximum(_BORDER_PX - pixels, pixels - high), 0).max())
 
 
 def flattest_side(mesh: Mesh) -> tuple[float, float, float]:

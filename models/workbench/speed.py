@@ -42,14 +42,14 @@ def moving_part(script: Script, frame: int) -> str | None:
     return None
 
 
-def speed_of(script: Script, n_frames: int) -> Speed:
-    """Measures a script of so many frames."""
+def speed_of(script: Script, n_frames: int, parts: frozenset[str]) -> Speed:
+    """Measures a script of so many frames, while one of the parts is in hand."""
     steps: list[tuple[float, float]] = []
     before = script.poses_at(0.0)
     for frame in range(1, n_frames):
         now = script.poses_at(frame / FRAME_RATE_HZ)
         part = moving_part(script, frame)
-        if part is not None:
+        if part in parts and part is not None:
             steps.append(_step(before[part], now[part]))
         before = now
     return summarised([step for step in steps if _moves(step)], n_frames)
