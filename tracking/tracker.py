@@ -49,7 +49,7 @@ class Tracker:
         self._judge = LossJudge(len(bodies))
 
     def start(self, frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
-        """Begin to track parts whose poses are known roughly; others stay as they are.
+        """Begin to track parts whose poses are known roughly; others are followed as in `track`.
 
         Several poses around each given one are refined, and the likeliest wins. Colours are
         learned at a pose and the pose is refined with them in turns: that takes out what the
