@@ -7,6 +7,7 @@ holds a digest of all our sources; folders of older versions are removed.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import shutil
@@ -40,12 +41,12 @@ def _digest() -> str:
     house = Path(__file__).resolve().parent.parent
     for room in _ROOMS:
         for path in sorted((house / room).rglob("*.py")):
-            if b"numba" in (content := path.read_bytes()):
-                sha.update(path.name.encode() + content)
+            sha.update(str(path.relative_to(house)).encode() + path.read_bytes())
     return sha.hexdigest()[:16]
 
 
 def _forget_old(folder: Path) -> None:
-    versions = sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
-    for path in versions[_KEPT:]:
-        shutil.rmtree(path, ignore_errors=True)
+    with contextlib.suppress(OSError):  # another process may be tidying up too
+        versions = sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
+        for path in versions[_KEPT:]:
+            shutil.rmtree(path, ignore_errors=True)

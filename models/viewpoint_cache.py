@@ -5,6 +5,7 @@ A file is one line of JSON (metadata, the place of each array, a checksum) and t
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import logging
@@ -158,7 +159,8 @@ def _read(path: Path) -> ViewpointModel | None:
             line = file.readline()
         content = np.memmap(path, dtype=np.uint8, mode="r", offset=len(line)).view(np.ndarray)
         model = _parsed(json.loads(line), content)
-        os.utime(path)
+        with contextlib.suppress(OSError):  # of another user: it is only read
+            os.utime(path)
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import cv2
 
+from snapfit.server.errors import StoreError
 from snapfit.server.picture_message import pack_picture
 from snapfit.server.pipeline import Pipeline
 from snapfit.server.pose_store import Picture, PoseStore
@@ -57,7 +58,10 @@ class PictureMaker:
             for kind in Picture:
                 if self._made[kind] < job.generation and self._store.wanted(kind):
                     self._made[kind] = job.generation
-                    self._make(kind, job)
+                    try:
+                        self._make(kind, job)
+                    except (StoreError, cv2.error) as error:  # this picture, not the next ones
+                        _LOG.warning("frame %s: no %s.jpg: %s", job.frame.name, kind, error)
 
     def _make(self, kind: Picture, job: _Job) -> None:
         image = job.frame.color

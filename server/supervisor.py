@@ -110,7 +110,7 @@ class Supervisor:
                 return
             has_tracked = self._store.snapshots.latest > generation
             failed_starts = 0 if has_tracked else failed_starts + 1
-            if exit_code == REFUSED_EXIT_CODE and not generation:
+            if exit_code == REFUSED_EXIT_CODE and not self._store.snapshots.latest:
                 self.status = replace(self.status, refused=True)
                 return
             delay_s = self._policy.delay_s(failed_starts)
@@ -173,7 +173,9 @@ class Supervisor:
 def describe_exit(exit_code: int) -> str:
     """How a process ended, in words."""
     if exit_code < 0:
-        return f"was killed by {signal.Signals(-exit_code).name}"
+        with contextlib.suppress(ValueError):  # a real-time signal has a number and no name
+            return f"was killed by {signal.Signals(-exit_code).name}"
+        return f"was killed by signal {-exit_code}"
     if exit_code == 0:
         return "ended by itself"
     return f"failed with exit code {exit_code}"

@@ -73,12 +73,17 @@ def pack_models(bodies: Sequence[Body], lines_max: int, points_max: int) -> Mode
     # One set of rows a view, so that the kernels need no other number to find a view.
     if len({body.views.contour.shape for body in bodies}) != 1:
         raise TrackingError("the viewpoint models differ in size: clear the cache of models")
+    n_rows = bodies[0].views.contour.shape[1]
+    if max(lines_max, points_max) > n_rows:
+        raise TrackingError(
+            f"lines_max {lines_max} and points_max {points_max}: a view has {n_rows} at most"
+        )
     return Models(
         directions=np.array(bodies[0].views.directions, dtype=np.float32),
         neighbours=np.array(bodies[0].views.neighbours, dtype=np.int16),
         contours=_addresses([body.views.contour for body in bodies]),
         surfaces=_addresses([body.views.surface for body in bodies]),
-        n_rows=bodies[0].views.contour.shape[1],
+        n_rows=n_rows,
         units=np.array([body.views.unit_m for body in bodies], dtype=np.float32),
         centers=np.array([body.views.center_m for body in bodies], dtype=np.float32),
         line_counts=_counts([body.views.contour_length_m for body in bodies], lines_max),

@@ -85,7 +85,7 @@ class LossJudge:
     """Tells tracked, hidden and lost parts apart, with patience."""
 
     def __init__(self, n_bodies: int, parameters: LossParameters | None = None) -> None:
-        self._parameters = parameters or LossParameters()
+        self.parameters = parameters or LossParameters()
         self._contradicted = [0] * n_bodies
 
     def reset(self, body: int) -> None:
@@ -95,16 +95,18 @@ class LossJudge:
     def judge(self, body: int, evidence: Evidence, *, solved: bool) -> Status:
         """The status of an active body after a frame.
 
-        A hidden part is `predicted`: its pose stays where it was. A failed Newton step is a loss,
-        never a success.
+        A hidden part is `predicted`: with next to no evidence its pose stays where it was. A
+        failed Newton step is a loss, never a success.
         """
         if not solved:
             return Status.LOST
-        if evidence.lines + evidence.points < self._parameters.hidden_evidence:
-            return Status.PREDICTED
-        if evidence.confidence < self._parameters.lost_confidence:
+        lost = self._contradicted[body] >= self.parameters.lost_after_frames
+        if evidence.lines + evidence.points < self.parameters.hidden_evidence:
+            # What was refuted before it was hidden stays refuted.
+            return Status.LOST if lost else Status.PREDICTED
+        if evidence.confidence < self.parameters.lost_confidence:
             self._contradicted[body] += 1
         else:
             self._contradicted[body] = 0
-        lost = self._contradicted[body] >= self._parameters.lost_after_frames
+        lost = self._contradicted[body] >= self.parameters.lost_after_frames
         return Status.LOST if lost else Status.TRACKED

@@ -56,7 +56,7 @@ class Tracker:
         first pose's error brought into them.
 
         Raises:
-            TrackingError: a part that this tracker does not have.
+            TrackingError: a part that this tracker does not have, or a pose behind the camera.
             FrameError: the frame does not fit the camera.
         """
         which = np.zeros(len(self.names), dtype=np.int64)
@@ -64,6 +64,8 @@ class Tracker:
             if name not in self.names:
                 known = ", ".join(self.names)
                 raise TrackingError(f"there is no part {name!r} to start; the parts are {known}")
+            if not camera_from_body[name].translation[2] > 0:
+                raise TrackingError(f"the first pose of {name} is not in front of the camera")
             which[self.names.index(name)] = 1
             self._judge.reset(self.names.index(name))
         best = dict(camera_from_body)
@@ -90,7 +92,13 @@ class Tracker:
         self._optimiser.refine()
         self._optimiser.weigh()
         estimates = tuple(self._estimate(body) for body in range(len(self.names)))
-        believed = [estimate.status is Status.TRACKED for estimate in estimates]
+        # A pose that contradicts what is seen is still `tracked` for some frames of patience, but
+        # its colours would be those of the background.
+        believed = [
+            estimate.status is Status.TRACKED
+            and estimate.confidence >= self._judge.parameters.lost_confidence
+            for estimate in estimates
+        ]
         self._optimiser.learn(np.array(believed, dtype=np.int64))
         duration_ms = (time.perf_counter() - begin) * 1e3
         return TrackingResult(frame.name, frame.captured_at_ns, estimates, duration_ms)

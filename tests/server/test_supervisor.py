@@ -119,3 +119,7 @@ def test_a_worker_that_cannot_be_started_is_tried_again(
         assert watched.status.pid is None
     finally:
         watched.close()
+
+
+def test_a_signal_without_a_name_is_told_by_its_number() -> None:
+    assert describe_exit(-40) == "was killed by signal 40"

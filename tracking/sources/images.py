@@ -57,7 +57,10 @@ def _decode(name: str, path: Path, flags: int) -> Image:
     for start, end in ((_PNG_START, _PNG_END), (_JPEG_START, _JPEG_END)):
         if data.startswith(start) and end not in data[-64:]:
             raise FrameError(name, f"{path}: is truncated after {len(data)} bytes")
-    image: Image | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags) if data else None
+    try:
+        image: Image | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags) if data else None
+    except cv2.error as error:  # a header that claims more pixels than OpenCV takes
+        raise FrameError(name, f"{path}: cannot be decoded: {error.err}") from error
     if image is None:
         raise FrameError(name, f"{path}: is not a readable image ({len(data)} bytes)")
     return image

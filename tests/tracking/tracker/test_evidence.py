@@ -11,7 +11,7 @@ from snapfit.tracking.body import load_bodies
 from snapfit.tracking.errors import FrameError, TrackingError
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.methods import create_tracker
-from snapfit.tracking.parameters import TrackerParameters
+from snapfit.tracking.parameters import RegionParameters, TrackerParameters
 from snapfit.tracking.result import Status
 from snapfit.tracking.tracker import Tracker
 
@@ -148,3 +148,24 @@ def test_unknown_names_are_refused_with_the_known_ones(base, tracker, draw, came
 def test_depth_alone_needs_a_depth_camera(base, camera) -> None:
     with pytest.raises(TrackingError, match="needs a depth camera"):
         Tracker(load_bodies([base]), RgbdCamera(camera.color), TrackerParameters(region=None))
+
+
+def test_a_first_pose_behind_the_camera_is_refused(base, tracker, draw) -> None:
+    frame = draw([base], {base.name: HOME})
+    with pytest.raises(TrackingError, match=f"first pose of {base.name} is not in front"):
+        tracker.start(frame, {base.name: Pose.identity()})
+
+
+def test_a_lost_part_that_is_then_hidden_stays_lost(base, tracker, draw) -> None:
+    tracker.start(draw([base], {base.name: HOME}), {base.name: HOME})
+    for _ in range(20):
+        tracker.track(draw([], {}))
+    hidden = tracker.track(draw([], {}, cover=(*EVERYWHERE, 0.4))).parts[0]
+    assert hidden.status is Status.LOST
+    assert hidden.camera_from_body is None
+
+
+def test_more_lines_than_a_view_has_are_refused(base, camera) -> None:
+    parameters = TrackerParameters(region=RegionParameters(lines_max=600))
+    with pytest.raises(TrackingError, match="a view has 300 at most"):
+        Tracker(load_bodies([base]), camera, parameters)
