@@ -36,5 +36,5 @@ def test_an_image_whose_header_claims_too_many_pixels_is_a_frame_error(tmp_path:
     data[start : start + 4] = (60000).to_bytes(2, "big") * 2
     path = tmp_path / "huge.jpg"
     path.write_bytes(bytes(data))
-    with pytest.raises(FrameError, match="huge.jpg"):
+    with pytest.raises(FrameError, match="huge"):
         images._decode("0", path, cv2.IMREAD_COLOR)
