@@ -103,7 +103,7 @@ class Pose:
     def exp(variation: npt.ArrayLike) -> Pose:
         """The exponential map: (6,) rotation (rad), translation (m), to a pose.
 
-        Sola et al., equation 172; a Taylor branch near zero.
+        Sola et al.; a Taylor branch near zero.
         """
         xi = np.asarray(variation, dtype=np.float64)
         omega, rho = xi[:3], xi[3:]
@@ -205,7 +205,7 @@ def rotation_vector(rotation: Array) -> Array:
 
 
 def _rotation_and_left_jacobian(omega: Array) -> tuple[Array, Array]:
-    """Rodrigues' formula and the left Jacobian of SO(3) (Sola et al., equations 132 and 145)."""
+    """Rodrigues' formula and the left Jacobian of SO(3) (Sola et al.)."""
     angle = float(np.linalg.norm(omega))
     hat = skew(omega)
     if angle < _SMALL_ANGLE_RAD:

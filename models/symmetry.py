@@ -2,7 +2,7 @@
 
 The meaning is that of BOP's `models_info.json`: a list of discrete motions, and an axis about
 which any angle leaves the body as it is. Both may stand together (a plain cylinder: an axis,
-and a turn that swaps its ends). Source: Hodan et al., "BOP Challenge 2020", section 2.3.
+and a turn that swaps its ends). Source: Hodan et al., "BOP Challenge 2020".
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The sparse viewpoint model of a body: contour and surface points for views from all around.
 
-Source: Stoiber et al., "SRT3D" (IJCV 2022), section 4.1, and "Iterative Corresponding Geometry"
-(CVPR 2022), section 3.2.
+Source: Stoiber et al., "SRT3D" (IJCV 2022), and "Iterative Corresponding Geometry"
+(CVPR 2022).
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def recall(errors: Errors, threshold: float) -> float:
 
 
 def average_recall(errors: Errors, thresholds: Errors) -> float:
-    """BOP's AR: mean recall over several thresholds, 0 to 1 (Hodan et al. 2020, section 2.4)."""
+    """BOP's AR: mean recall over several thresholds, 0 to 1 (Hodan et al. 2020)."""
     return float(np.mean([recall(errors, threshold) for threshold in thresholds]))
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from snapfit.tracking.errors import TrackingError
 
 FUNCTION_LENGTH = 8
-"""Taps of the smoothed step functions (SRT3D, section 3.2)."""
+"""Taps of the smoothed step functions (SRT3D)."""
 DISTRIBUTION_LENGTH = 12
 """Bins of the discrete posterior over a line's contour offset."""
 LINE_SEGMENTS = FUNCTION_LENGTH + DISTRIBUTION_LENGTH - 1
@@ -55,7 +55,7 @@ class RegionParameters:
 
     @property
     def min_variance(self) -> float:
-        """Smallest variance that a posterior may claim, segments squared (SRT3D, equation 29)."""
+        """Smallest variance that a posterior may claim, segments squared (SRT3D)."""
         laplace = 1.0 / (2.0 * math.atanh(2.0 * self.amplitude) ** 2)
         return max(laplace, self.slope)
 

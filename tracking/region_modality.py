@@ -16,7 +16,7 @@ from snapfit.tracking.parameters import (
 def region_settings(parameters: RegionParameters, iterations: int) -> RegionSettings:
     """The parameters as the kernels take them, with an entry for each iteration."""
     x = np.arange(FUNCTION_LENGTH) - (FUNCTION_LENGTH - 1) / 2
-    # The smoothed step function of the foreground (SRT3D, equation 10).
+    # The smoothed step function of the foreground (SRT3D).
     step = 0.5 - parameters.amplitude * np.tanh(x / (2 * parameters.slope))
     return RegionSettings(
         scales=np.array(per_iteration(parameters.scales_px, iterations), dtype=np.int64),

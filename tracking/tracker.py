@@ -1,4 +1,4 @@
-"""The tracker: the per-frame loop over all bodies (ICG, figure 2; GBOT, section 3.2)."""
+"""The tracker: the per-frame loop over all bodies (ICG; GBOT, section 3.2)."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Motion(Protocol):
 
 
 def minimum_jerk(share: float) -> float:
-    """Progress 0 to 1 after a share of the duration (Flash and Hogan, 1985, equation 8)."""
+    """Progress 0 to 1 after a share of the duration (Flash and Hogan, 1985)."""
     u = min(max(share, 0.0), 1.0)
     return u**3 * (10 - 15 * u + 6 * u**2)
 

@@ -17,7 +17,7 @@ STRICT_THRESHOLD_M = 0.02
 STRICT_SHARE = 0.1
 BOP_SHARES = np.arange(1, 11) * 0.05
 """Thresholds of BOP's average recalls: of the diameter for MSSD; for MSPD they are 5 r to 50 r
-pixels with r = width / 640 px (Hodan et al. 2020, section 2.4)."""
+pixels with r = width / 640 px (Hodan et al. 2020)."""
 
 MISSED_TRANSLATION_M = PAPER_THRESHOLD_M
 MISSED_ROTATION_RAD = math.pi

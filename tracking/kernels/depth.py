@@ -1,4 +1,4 @@
-"""The depth modality's correspondences (Stoiber et al., ICG, CVPR 2022, section 3.3)."""
+"""The depth modality's correspondences (Stoiber et al., ICG, CVPR 2022)."""
 
 from __future__ import annotations
 

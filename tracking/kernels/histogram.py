@@ -20,7 +20,7 @@ def add_colors(
     considered_px: np.float32,
     counts: F32,
 ) -> None:
-    """Count the colours on both sides of the contour at the final pose (M3T, section 3.2.3).
+    """Count the colours on both sides of the contour at the final pose (M3T).
 
     Args:
         body: index of the body in `lines`.

@@ -1,7 +1,7 @@
 """Gradient (6,) and Hessian (6, 6) of a body, over the variation of its pose.
 
 The variation acts on the right, in the body frame: rotation (rad), then translation (m). Both are
-of the negative logarithm of the probability: the Newton step is -H^-1 g (M3T, section 4.2).
+of the negative logarithm of the probability: the Newton step is -H^-1 g (M3T).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def add_region(
     hessian: F64,
     jacobian: F32,
 ) -> None:
-    """Add the correspondence lines' part (SRT3D, equations 19 to 23).
+    """Add the correspondence lines' part (SRT3D).
 
     Args:
         body: index of the body in `lines`.
@@ -91,7 +91,7 @@ def add_depth(
     hessian: F64,
     jacobian: F32,
 ) -> None:
-    """Add the surface points' part: point-to-plane errors (ICG, equations 13 to 15).
+    """Add the surface points' part: point-to-plane errors (ICG).
 
     Args:
         body: index of the body in `points`.

@@ -176,7 +176,7 @@ def refine(
     points: Points,
     counts: I64,
 ) -> None:
-    """Refine the poses of all bodies against one frame (ICG, section 3.5).
+    """Refine the poses of all bodies against one frame (ICG).
 
     Args:
         n_iterations, n_updates: correspondence and update iterations.

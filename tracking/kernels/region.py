@@ -1,4 +1,4 @@
-"""The region modality's correspondences (Stoiber et al., SRT3D, IJCV 2022, section 3).
+"""The region modality's correspondences (Stoiber et al., SRT3D, IJCV 2022).
 
 A correspondence line runs across the projected contour. Its pixels' colour posteriors are
 multiplied in segments; smoothed step functions turn them into a discrete posterior over the
@@ -185,7 +185,7 @@ def segment_probabilities(
 
 @njit(cache=True, nogil=True, fastmath=FAST)
 def posterior(segments: F32, step_foreground: F32, out: F32, line: int) -> None:
-    """The posterior over the contour's offset (SRT3D, equation 14): product over the taps.
+    """The posterior over the contour's offset (SRT3D): product over the taps.
 
     Args:
         segments: (19,) the foreground's share; the background has the rest.

@@ -14,7 +14,7 @@ from snapfit.tracking.kernels.types import F64
 def newton_step(
     gradient: F64, hessian: F64, rotation: float, translation: float, step: F64
 ) -> bool:
-    """Solve (H + Tikhonov) step = -g by Cholesky's decomposition (M3T, equation 4.20).
+    """Solve (H + Tikhonov) step = -g by Cholesky's decomposition (M3T).
 
     Args:
         gradient: (6,) of the energy.

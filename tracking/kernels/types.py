@@ -192,5 +192,5 @@ class Points(NamedTuple):
     valid: U8
 
 
-CONSIDERED, OCCLUDED, VALID, SUPPORTING = 0, 1, 2, 3
-"""What became of lines and points: in the image; hidden; taking part; agreeing with the pose."""
+CONSIDERED, OCCLUDED, VALID = 0, 1, 2
+"""What became of lines and points: in the image; hidden; taking part."""
