@@ -7,11 +7,10 @@ earlier one ended.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -21,16 +20,15 @@ from snapfit.models.asset import Asset, find_asset
 from snapfit.models.bop_writer import (
     BopWriter,
     instance,
-    make_folder,
     write_models,
     write_text,
 )
 from snapfit.models.errors import DatasetError
+from snapfit.models.workbench.fan_out import asset_digest, claim_folder, fan_out
 from snapfit.models.workbench.film import Film, FilmFrame
 from snapfit.models.workbench.split import FRAME_RATE_HZ, TEST_FRAMES, Condition
 from snapfit.models.workbench.summary import SUMMARY_NAME, merged_summary, scene_summary
 
-RENDERING_NAME = "rendering.json"
 _RECIPE = 1
 _RUN_FRAMES = 40
 
@@ -118,7 +116,7 @@ def render_dataset(
         progress(there, wanted)
     counts: Counter[tuple[str, Condition]] = Counter()
     seconds: defaultdict[tuple[str, Condition], float] = defaultdict(float)
-    for report in _results(runs, jobs, backend):
+    for report in fan_out(render_run, runs, jobs, backend):
         for condition, count in report.counts.items():
             counts[report.asset, condition] += count
             seconds[report.asset, condition] += report.seconds[condition]
@@ -167,33 +165,14 @@ def _prepare(order: Order, asset: Asset) -> None:
     _whole_length(asset)
     recipe = {
         "asset": asset.name,
-        "digest": _digest(asset),
+        "digest": asset_digest(asset),
         "seed": order.seed,
         "scale": order.scale,
         "recipe": _RECIPE,
     }
     for condition in order.conditions:
-        path = scene_folder(order, asset, condition) / RENDERING_NAME
-        if path.is_file():
-            try:
-                found = json.loads(path.read_text(encoding="utf-8"))
-            except ValueError as error:
-                raise DatasetError(path, f"is not valid JSON: {error}") from error
-            if found != recipe:
-                changed = ", ".join(key for key in recipe if found.get(key) != recipe[key])
-                problem = f"another rendering lies here ({changed}): choose another folder"
-                raise DatasetError(path, problem)
-        else:
-            make_folder(path.parent)
-            write_text(path, json.dumps(recipe) + "\n")
+        claim_folder(scene_folder(order, asset, condition), recipe)
     write_models(order.directory / asset.name / "models", asset)
-
-
-def _digest(asset: Asset) -> str:
-    sha = hashlib.sha256(f"{asset.states}{asset.steps}".encode())
-    for part in asset.parts:
-        sha.update(f"{part.name}{part.color_rgb}{part.mesh.digest}".encode())
-    return sha.hexdigest()[:16]
 
 
 def _runs(order: Order, name: str, asset: Asset) -> Iterator[Run]:
@@ -211,36 +190,6 @@ def _runs(order: Order, name: str, asset: Asset) -> Iterator[Run]:
         )
         if any(indices for _, indices in missing):
             yield Run(order, name, _whole_length(asset), missing)
-
-
-def _results(runs: Sequence[Run], jobs: int, backend: str) -> Iterator[RunReport]:
-    if not runs:
-        return
-    if jobs == 1:
-        yield from map(render_run, runs)
-        return
-    from joblib import Parallel, delayed, parallel_config
-
-    _register(backend)
-    with parallel_config(backend=backend):
-        parallel = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-        yield from parallel(delayed(render_run)(run) for run in runs)
-
-
-def _register(backend: str) -> None:
-    try:
-        if backend == "ray":
-            from ray.util.joblib import register_ray
-
-            register_ray()
-        elif backend == "dask":
-            import distributed
-
-            distributed.Client()
-    except ImportError as error:
-        package = "dask[distributed]" if backend == "dask" else backend
-        problem = f"the backend {backend} is not installed: pip install '{package}', or use loky"
-        raise DatasetError(Path(backend), problem) from error
 
 
 def render_run(run: Run) -> RunReport:
