@@ -53,6 +53,15 @@ class WorkbenchError(SnapfitError):
     """An asset that the simulated workbench cannot put together."""
 
 
+class PictureError(SnapfitError):
+    """A picture or graph that cannot be written; names the file."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+        self.problem = problem
+
+
 class DatasetError(SnapfitError):
     """A dataset that cannot be written or read; names the file."""
 

@@ -1,4 +1,4 @@
-"""`snapfit asset check`: is a bundle fit to be tracked, and what is in it?"""
+"""`snapfit asset check`: is a bundle fit to be tracked, what is in it, what does it look like?"""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from snapfit.server.cli.errors import clear_errors
 if TYPE_CHECKING:
     from snapfit.models.asset import Asset
 
+GRAPH_NAME, EXPLODED_NAME = "graph.mmd", "exploded.png"
+
 asset_app = typer.Typer(no_args_is_help=True, help="Assets: parts, assembly graph, steps.")
 
 
@@ -27,6 +29,10 @@ def check(
     directory: Annotated[
         Path, typer.Argument(help="Folder with asset.toml, or the name of a bundled asset.")
     ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the assembly graph (Mermaid) and an exploded view (PNG)."),
+    ] = None,
 ) -> None:
     """Check a bundle: manifest, meshes, units, assembly graph. Exit code 1 if it is refused."""
     with clear_errors(exit_code=1):
@@ -42,6 +48,35 @@ def check(
         console.print(_step_table(asset))
         # Plain, so that it can be pasted where Mermaid is drawn.
         typer.echo(mermaid(asset))
+    if out is not None:
+        with clear_errors(exit_code=1):
+            draw(asset, out)
+        console.print(f"drawn: {out / GRAPH_NAME}, {out / EXPLODED_NAME}", soft_wrap=True)
+
+
+def draw(asset: Asset, folder: Path) -> None:
+    """Writes the assembly graph, `graph.mmd`, and the exploded view, `exploded.png`.
+
+    Raises:
+        PictureError: the folder cannot be made, or a file not be written.
+    """
+    import cv2
+
+    from snapfit.models.errors import PictureError
+    from snapfit.models.exploded_view import exploded_view
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f"the folder cannot be made ({error.strerror}): choose another --out"
+        raise PictureError(folder, problem) from error
+    picture = cv2.imencode(".png", exploded_view(asset).image)[1].tobytes()
+    for name, content in ((GRAPH_NAME, f"{mermaid(asset)}\n".encode()), (EXPLODED_NAME, picture)):
+        try:
+            (folder / name).write_bytes(content)
+        except OSError as error:
+            problem = f"cannot be written ({error.strerror}): choose another --out"
+            raise PictureError(folder / name, problem) from error
 
 
 def mermaid(asset: Asset) -> str:

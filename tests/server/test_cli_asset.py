@@ -1,5 +1,6 @@
 from pathlib import Path
 
+import cv2
 import pytest
 import trimesh
 import typer
@@ -123,3 +124,36 @@ def test_an_empty_mesh_is_told(bundle: Path) -> None:
     result = runner.invoke(app, ["asset", "check", str(bundle)])
     assert result.exit_code == 1
     assert "lower.ply: the mesh file is empty" in result.stderr
+
+
+def test_graph_and_exploded_view_are_drawn(bundle: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "pictures"
+    result = runner.invoke(app, ["asset", "check", str(bundle), "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    assert (out / "graph.mmd").read_text().startswith('graph TD\n    s0["apart"]\n')
+    picture = cv2.imread(str(out / "exploded.png"))
+    assert picture is not None
+    assert (picture < 250).any(axis=-1).mean() > 0.05
+
+
+def test_nothing_is_drawn_unasked(bundle: Path) -> None:
+    before = set(bundle.iterdir())
+    assert runner.invoke(app, ["asset", "check", str(bundle)]).exit_code == 0
+    assert set(bundle.iterdir()) == before
+
+
+@pytest.mark.parametrize("blocked", ["pictures", "pictures/exploded.png"])
+def test_a_folder_that_cannot_be_written_is_told(
+    bundle: Path, tmp_path: Path, blocked: str
+) -> None:
+    """A file where the folder should be; a folder where the file should be."""
+    if blocked.endswith(".png"):
+        (tmp_path / blocked).mkdir(parents=True)
+    else:
+        (tmp_path / blocked).write_text("in the way")
+    out = tmp_path / "pictures"
+    result = runner.invoke(app, ["asset", "check", str(bundle), "--out", str(out)])
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"error: {tmp_path / blocked}: ")
+    assert "choose another --out" in line
