@@ -119,52 +119,58 @@ class JointMotion:
         Returns:
             (q (K, n_dof), translation_m (K,), rotation_rad (K,)).
         """
-        rotation, translation = zero_from_child[:, :3, :3], zero_from_child[:, :3, 3]
-        q = self._coordinates(rotation, translation)
-        turn, travel = self._turn_and_travel(q)
-        joint_rotation, joint_translation = self._moved(turn, travel)
-        apart = translation - joint_translation
+        q = self.coordinates(zero_from_child)
+        joint_rotation, joint_translation = self.moved(q)
+        apart = zero_from_child[:, :3, 3] - joint_translation
         translation_m = np.sqrt((apart * apart).sum(axis=1))
-        return q, translation_m, angles(np.swapaxes(joint_rotation, 1, 2) @ rotation)
+        remaining = np.swapaxes(joint_rotation, 1, 2) @ zero_from_child[:, :3, :3]
+        return q, translation_m, angles(remaining)
 
-    def without_turn(self) -> JointMotion:
-        """The same joint for a child whose turn about the joint's axis cannot be seen.
+    def coordinates(self, zero_from_child: Array, turn_seen: bool = True) -> Array:
+        """(K, n_dof) coordinates within the limits that come nearest to poses (K, 4, 4).
 
-        What is left is the travel: a screw and a cylindrical joint become prismatic, a revolute
-        one is fixed.
+        A turn comes from the rotation, a travel from the way, a screw's turn from both.
+
+        Args:
+            zero_from_child: `zero.inverse() @ parent_from_child`.
+            turn_seen: False for a body whose turn about the joint's axis cannot be seen, because it
+                is symmetric about it: a screw is then known by its travel alone, and other turns
+                count as zero.
         """
-        if not self.type.turns:
-            return self
-        if self.type is JointType.REVOLUTE:
-            return self._as(JointType.FIXED, np.zeros((0, 6)), np.zeros((0, 2)))
-        sliding = np.concatenate([np.zeros(3), self.axis])[None]
-        limits = self.limits[-1:]
+        rotation = zero_from_child[:, :3, :3]
+        travel = zero_from_child[:, :3, 3] @ self.axis
+        if self.type is JointType.FIXED:
+            return np.zeros((len(rotation), 0))
+        if self.type is JointType.PRISMATIC:
+            return _within(travel, self.limits[0])[:, None]
+        turn = turns_about(self.axis, rotation) if turn_seen else np.zeros(len(rotation))
         if self.type is JointType.SCREW:
-            limits = np.sort(limits * self.pitch_m / _WHOLE_TURN_RAD, axis=1)
-        return self._as(JointType.PRISMATIC, sliding, limits)
+            if not turn_seen:
+                travelled = travel * _WHOLE_TURN_RAD / self.pitch_m
+                return _within(travelled, self.limits[0])[:, None]
+            return self._screwed(turn, travel)[:, None]
+        turn = _clip_turn(turn, self.limits[0])
+        if self.type is JointType.REVOLUTE:
+            return turn[:, None]
+        return np.stack([turn, _within(travel, self.limits[1])], axis=1)
 
-    def locked(self) -> JointMotion:
-        """A fixed joint that stands where this one has its zero."""
-        return self._as(JointType.FIXED, np.zeros((0, 6)), np.zeros((0, 2)))
+    def moved(self, q: Array) -> tuple[Array, Array]:
+        """How the joint moves the child from its zero, at coordinates (K, n_dof).
 
-    def _as(self, type_: JointType, twists: Array, limits: Array) -> JointMotion:
-        return JointMotion(type_, self.zero, self.axis, self.point_m, 0.0, twists, limits)
-
-    def _coordinates(self, rotation: Array, translation: Array) -> Array:
-        """(K, n_dof) best coordinates; a turn comes from the rotation, a travel from the way."""
-        travel = translation @ self.axis
-        match self.type:
-            case JointType.FIXED:
-                return np.zeros((len(rotation), 0))
-            case JointType.PRISMATIC:
-                return np.clip(travel, *self.limits[0])[:, None]
-            case JointType.REVOLUTE:
-                return _clip_turn(turns_about(self.axis, rotation), self.limits[0])[:, None]
-            case JointType.CYLINDRICAL:
-                turn = _clip_turn(turns_about(self.axis, rotation), self.limits[0])
-                return np.stack([turn, np.clip(travel, *self.limits[1])], axis=1)
-            case JointType.SCREW:
-                return self._screwed(turns_about(self.axis, rotation), travel)[:, None]
+        Returns:
+            (rotations (K, 3, 3), translations (K, 3), m).
+        """
+        if self.type is JointType.FIXED:
+            return np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
+        if self.type is JointType.PRISMATIC:
+            return np.broadcast_to(np.eye(3), (len(q), 3, 3)), q * self.axis
+        rotation = rotations_about(self.axis, q[:, 0])
+        translation = self.point_m - rotation @ self.point_m
+        if self.type is JointType.SCREW:
+            translation = translation + q * self.pitch_m / _WHOLE_TURN_RAD * self.axis
+        if self.type is JointType.CYLINDRICAL:
+            translation = translation + q[:, 1:] * self.axis
+        return rotation, translation
 
     def _screwed(self, turn: Array, travel: Array) -> Array:
         """The turn (K,) of a screw that fits both its turn, known up to whole ones, and travel."""
@@ -177,25 +183,6 @@ class JointMotion:
         costs = weight * (turns - fits) ** 2 + (travel[:, None] - advance_m * fits) ** 2
         best: Array = fits[np.arange(len(fits)), costs.argmin(axis=1)]
         return best
-
-    def _turn_and_travel(self, q: Array) -> tuple[Array, Array]:
-        nothing = np.zeros(len(q))
-        match self.type:
-            case JointType.FIXED:
-                return nothing, nothing
-            case JointType.PRISMATIC:
-                return nothing, q[:, 0]
-            case JointType.REVOLUTE:
-                return q[:, 0], nothing
-            case JointType.CYLINDRICAL:
-                return q[:, 0], q[:, 1]
-            case JointType.SCREW:
-                return q[:, 0], q[:, 0] * self.pitch_m / _WHOLE_TURN_RAD
-
-    def _moved(self, turn: Array, travel: Array) -> tuple[Array, Array]:
-        """Rotations (K, 3, 3) and translations (K, 3) of the child against its zero."""
-        rotation = rotations_about(self.axis, turn)
-        return rotation, self.point_m - rotation @ self.point_m + travel[:, None] * self.axis
 
 
 def turns_about(axis: Array, rotation: Array) -> Array:
@@ -226,6 +213,11 @@ def angles(rotation: Array) -> Array:
     return angle
 
 
+def _within(values: Array, limits: Array) -> Array:
+    clipped: Array = np.clip(values, limits[0], limits[1])
+    return clipped
+
+
 def _skew_part(rotation: Array) -> Array:
     """(K, 3) vectors 2 sin(angle) axis of rotations (K, 3, 3)."""
     r = rotation
@@ -237,7 +229,7 @@ def _skew_part(rotation: Array) -> Array:
 def _clip_turn(turn: Array, limits: Array) -> Array:
     """Turns (K,), known up to whole ones, brought within limits (2,), or to the nearer of both."""
     if not np.isfinite(limits).all():
-        return np.clip(turn, *limits)
+        return _within(turn, limits)
     n_whole = np.round((limits.mean() - turn) / _WHOLE_TURN_RAD)
     turns = turn[:, None] + _WHOLE_TURN_RAD * (n_whole[:, None] + (0, -1, 1))
     clipped = np.clip(turns, *limits)

@@ -126,21 +126,25 @@ def test_a_screw_is_known_over_many_turns_by_its_travel() -> None:
         assert residual.translation_m < 0.002
 
 
-def test_without_its_turn_a_joint_keeps_its_travel() -> None:
-    joint = Joint(type="screw", axis=(0, 0, 1), pitch_m=-0.01, travel_m=(-0.02, 0.01))
-    motion = JointMotion.of(
-        Link(parent="a", child="b", parent_from_child=Pose.identity(), joint=joint)
-    )
-    sliding = motion.without_turn()
-    np.testing.assert_allclose(sliding.limits, [[-0.02, 0.01]])
-    q, residual = sliding.closest(Pose.from_translation(0, 0.001, -0.015))
-    assert q[0] == pytest.approx(-0.015)
-    assert residual.translation_m == pytest.approx(0.001)
-    rng = np.random.default_rng(5)
-    assert random_joint("revolute", rng).without_turn().n_dof == 0
-    assert random_joint("prismatic", rng).without_turn().n_dof == 1
-    assert random_joint("cylindrical", rng).without_turn().n_dof == 1
-    assert random_joint("screw", rng).locked().n_dof == 0
+def test_a_turn_that_is_not_seen_leaves_the_travel() -> None:
+    poses = Pose.from_translation(0, 0.001, -0.015).matrix[None]
+    for kind, pitch_m, expected in [
+        ("screw", -0.01, [3 * math.pi]),
+        ("cylindrical", None, [0, -0.015]),
+        ("prismatic", None, [-0.015]),
+        ("revolute", None, [0]),
+        ("fixed", None, []),
+    ]:
+        axis = None if kind == "fixed" else (0, 0, 1)
+        joint = Joint.model_validate({"type": kind, "axis": axis, "pitch_m": pitch_m})
+        motion = JointMotion.of(
+            Link(parent="a", child="b", parent_from_child=Pose.identity(), joint=joint)
+        )
+        q = motion.coordinates(poses, turn_seen=False)
+        np.testing.assert_allclose(q[0], expected, atol=1e-12)
+        rotation, translation = motion.moved(q)
+        there = Pose.from_rotation_translation(rotation[0], translation[0])
+        np.testing.assert_allclose(there.matrix, motion.parent_from_child(q[0]).matrix, atol=1e-12)
 
 
 def test_limits_that_exclude_each_other_are_refused() -> None:
