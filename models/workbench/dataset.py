@@ -29,7 +29,7 @@ from snapfit.models.workbench.film import Film, FilmFrame
 from snapfit.models.workbench.split import FRAME_RATE_HZ, TEST_FRAMES, Condition
 from snapfit.models.workbench.summary import SUMMARY_NAME, merged_summary, scene_summary
 
-_RECIPE = 1
+_RECIPE = 2
 _RUN_FRAMES = 40
 
 Progress = Callable[[int, int], None]

@@ -9,50 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.asset import Asset
-from snapfit.models.camera import PinholeCamera, RgbdCamera
-from snapfit.models.mesh import Mesh
+from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
-from snapfit.models.rasteriser import render
 from snapfit.models.workbench.assembly import timed_assembly
+from snapfit.models.workbench.bench import sampled_scene
 from snapfit.models.workbench.grasp import HandScript
-from snapfit.models.workbench.scene import STANDARD_CAMERA, standard_scene
+from snapfit.models.workbench.hand import Body
+from snapfit.models.workbench.scene import STANDARD_CAMERA
 from snapfit.models.workbench.sensor import Sensor
+from snapfit.models.workbench.sighting import Sighting, sighting
 from snapfit.models.workbench.speed import moving_part
 from snapfit.models.workbench.split import EFFECTS, FRAME_RATE_HZ, Condition
 from snapfit.models.workbench.stage import Backdrop, Picture, Stage
 
-Box = tuple[int, int, int, int]
-
 _INSTANTS = 5
 _BACKDROPS = 3
-
-
-@dataclass(frozen=True, eq=False)
-class Sighting:
-    """One part in one frame.
-
-    Attributes:
-        camera_from_body: true pose.
-        mask: (H, W) bool, where it is seen.
-        n_pixels: of its whole outline, beyond the border too.
-        n_seen: of the mask.
-        n_measured: of the outline, where depth is measured.
-        box: x, y, width, height of the outline, px.
-        box_seen: the same of the mask; (-1, -1, -1, -1) if nothing is seen.
-    """
-
-    camera_from_body: Pose
-    mask: npt.NDArray[np.bool_]
-    n_pixels: int
-    n_seen: int
-    n_measured: int
-    box: Box
-    box_seen: Box
-
-    @property
-    def visibility(self) -> float:
-        """Share of the outline that is seen, 0 to 1."""
-        return min(self.n_seen / self.n_pixels, 1.0) if self.n_pixels else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +53,7 @@ class Film:
     """
 
     def __init__(self, asset: Asset, n_frames: int, seed: int, scale: float = 1.0) -> None:
-        scene = standard_scene(np.random.default_rng((seed, 1)))
+        scene = sampled_scene(seed, [part.color_rgb for part in asset.parts])
         if scale != 1.0:
             scene = scene.scaled(scale)
         self.asset, self.scene, self.n_frames, self._seed = asset, scene, n_frames, seed
@@ -92,7 +63,9 @@ class Film:
         self._sensor = Sensor(scene.camera, np.random.default_rng((seed, 2)))
         eye = scene.camera_from_world.inverse().translation
         meshes = {part.name: part.mesh for part in asset.parts}
-        self._hand = HandScript(self.script, meshes, eye, np.random.default_rng((seed, 3)))
+        tracked = {part.name for part in asset.tracked_parts}
+        rng = np.random.default_rng((seed, 3))
+        self._hand = HandScript(self.script, meshes, eye, rng, tracked)
         self._kept: dict[bytes, Backdrop] = {}
 
     @staticmethod
@@ -118,19 +91,31 @@ class Film:
         )
 
     def _picture(self, time_s: float, condition: Condition) -> Picture:
-        effects = EFFECTS[condition]
         moving = self._moving_at(time_s)
-        n = _INSTANTS if effects.exposure and moving else 1
+        instants = [
+            ({name: poses[name] for name in moving}, hand)
+            for poses, hand in self._instants(time_s, condition)
+        ]
+        light = (time_s, self._light_phase()) if EFFECTS[condition].moving_light else None
+        return self._stage.picture(self._backdrop(time_s, moving), instants, light)
+
+    def _instants(
+        self, time_s: float, condition: Condition
+    ) -> list[tuple[dict[str, Pose], list[Body]]]:
+        """`world_from_part` of all parts and the hand, at moments spread over the exposure."""
+        effects = EFFECTS[condition]
+        n = _INSTANTS if effects.exposure else 1
         shutter_s = effects.exposure / FRAME_RATE_HZ
         instants = []
         for i in range(n):
             at_s = float(np.clip(time_s + ((i + 0.5) / n - 0.5) * shutter_s, 0, None))
-            poses = self.script.poses_at(at_s)
             hand = self._hand.bodies_at(at_s) if effects.hand else []
-            instants.append(({name: poses[name] for name in moving}, hand))
-        phase = float(np.random.default_rng((self._seed, 5)).random())
-        light = (time_s, phase) if effects.moving_light else None
-        return self._stage.picture(self._backdrop(time_s, moving), instants, light)
+            instants.append((self.script.poses_at(at_s), hand))
+        return instants
+
+    def _light_phase(self) -> float:
+        """Where the moving light starts, 0 to 1."""
+        return float(np.random.default_rng((self._seed, 5)).random())
 
     def _moving_at(self, time_s: float) -> tuple[str, ...]:
         """Parts that move now or, at rest, those that moved last or will move first."""
@@ -158,36 +143,5 @@ class Film:
                 continue
             pose = view @ poses[part.name]
             mask = picture.label == i + 1
-            n_pixels, n_measured, box = _outline(camera, part.mesh, pose, depth)
-            n_seen = int(np.count_nonzero(mask))
-            found[part.name] = Sighting(
-                pose, mask, n_pixels, n_seen, n_measured, box, _box_of(mask, n_seen)
-            )
+            found[part.name] = sighting(camera, part.mesh, pose, mask, depth)
         return found
-
-
-def _outline(
-    camera: PinholeCamera, mesh: Mesh, pose: Pose, depth: npt.NDArray[np.uint16]
-) -> tuple[int, int, Box]:
-    """Pixels of a part alone, those of them with measured depth, and their box."""
-    pixels = camera.project(pose.transform(mesh.vertices))
-    left, top = (int(value) for value in np.floor(pixels.min(axis=0)))
-    right, bottom = (int(value) + 1 for value in np.ceil(pixels.max(axis=0)))
-    window = PinholeCamera(
-        right - left, bottom - top, camera.fx, camera.fy, camera.cx - left, camera.cy - top
-    )
-    alone = render(window, [(mesh, pose)]).part_id > 0
-    rows = slice(max(top, 0), min(bottom, camera.height))
-    columns = slice(max(left, 0), min(right, camera.width))
-    inside = alone[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
-    n_measured = int(np.count_nonzero(inside & (depth[rows, columns] > 0)))
-    x, y, width, height = _box_of(alone, 1)
-    return int(np.count_nonzero(alone)), n_measured, (x + left, y + top, width, height)
-
-
-def _box_of(mask: npt.NDArray[np.bool_], n_seen: int) -> Box:
-    if n_seen == 0 or not mask.any():
-        return (-1, -1, -1, -1)
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    x, y = int(columns[0]), int(rows[0])
-    return x, y, int(columns[-1]) - x + 1, int(rows[-1]) - y + 1

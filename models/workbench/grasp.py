@@ -6,7 +6,7 @@ World frame as in `script`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,11 @@ from snapfit.models.workbench.script import Move, Script
 
 _AWAY_M = np.array([0.24, -0.50, 0.10])
 _ENTER_S = 0.45
-_RAMP_S, _LEAST_COVER_S = 0.22, 0.95
+_RAMP_S, _COVER_S = 0.22, (0.62, 0.74)
+# Seconds of holding for each time that the hand comes before a part.
+_COVER_EVERY_S = 4.0
+# A part with less reach than this is held with the fingertips, this much further out.
+_SMALL_M, _PINCH_M = 0.080, 0.055
 _CURL_OPEN, _CURL_CLOSED = 0.28, 0.62
 _FOLLOW, _MOST_FOLLOW_RAD = 0.35, 0.5
 
@@ -34,7 +38,7 @@ class Grasp:
         end_s: when it lets go.
         shoulder_m: (3,) where the arm comes from.
         side_m: (3,) from the part's middle to where the palm's middle is, beside the line of sight.
-        cover_s: from when to when the hand is before the part.
+        covers_s: from when to when the hand is before the part; may be empty.
     """
 
     part: str
@@ -42,11 +46,19 @@ class Grasp:
     end_s: float
     shoulder_m: Array
     side_m: Array
-    cover_s: tuple[float, float]
+    covers_s: tuple[tuple[float, float], ...]
 
 
 class HandScript:
-    """A hand that does what a script says."""
+    """A hand that does what a script says.
+
+    Args:
+        script: who moves when.
+        meshes: by part.
+        eye_m: (3,) where the camera is, world frame.
+        rng: of the person and the grips.
+        hidden: parts that the hand comes before now and then; None is all.
+    """
 
     def __init__(
         self,
@@ -54,6 +66,7 @@ class HandScript:
         meshes: Mapping[str, Mesh],
         eye_m: Array,
         rng: np.random.Generator,
+        hidden: Collection[str] | None = None,
     ) -> None:
         self._script = script
         self._eye_m = eye_m
@@ -64,7 +77,12 @@ class HandScript:
             self._middles[name] = ((low + high) / 2).astype(np.float64)
             stride = max(len(mesh.vertices) // 300, 1)
             self._points[name] = mesh.vertices[::stride].astype(np.float64)
-        self.grasps = [_grasp(group, rng) for group in _groups(script)]
+        self.grasps, owed = [], 0.75
+        for group in _groups(script):
+            if hidden is None or group[0].part in hidden:
+                owed += (group[-1].end_s - group[0].start_s) / _COVER_EVERY_S
+            self.grasps.append(_grasp(group, int(owed), rng))
+            owed -= int(owed)
 
     def bodies_at(self, time_s: float) -> list[Body]:
         """The hand's bodies; they may be out of view."""
@@ -115,7 +133,10 @@ class HandScript:
         reach = float((points @ side).max())
         up = np.array([0.0, 0.0, 1.0])
         dorsal = _unit(0.8 * up + 0.75 * side)
-        place = middle + side * (0.55 * reach) + dorsal * 0.030 - 0.062 * forward
+        radius = float(np.linalg.norm(points, axis=1).max())
+        pinch_m = _PINCH_M * min(max(1 - radius / _SMALL_M, 0.0), 1.0)
+        place = middle + side * (0.55 * reach + 0.6 * pinch_m)
+        place = place + dorsal * 0.030 - (0.062 + pinch_m) * forward
         return Pose.from_rotation_translation(_frame(forward, dorsal), place)
 
     def _before(self, middle: Array, points: Array, forward: Array, to_eye: Array) -> Pose:
@@ -144,21 +165,27 @@ def _groups(script: Script) -> list[list[Move]]:
     return groups
 
 
-def _grasp(group: list[Move], rng: np.random.Generator) -> Grasp:
+def _grasp(group: list[Move], n_covers: int, rng: np.random.Generator) -> Grasp:
     start_s, end_s = group[0].start_s, group[-1].end_s
     duration_s = end_s - start_s
     shoulder = np.array([rng.uniform(0.10, 0.45), -0.70, rng.uniform(0.08, 0.16)])
     side = np.array([rng.uniform(0.4, 1.0), rng.uniform(-0.6, 0.3), 0.25])
-    cover_s = max(_LEAST_COVER_S, 0.30 * duration_s)
-    middle_s = start_s + duration_s * rng.uniform(0.5, 0.6)
-    cover = (middle_s - cover_s / 2, middle_s + cover_s / 2)
-    return Grasp(group[0].part, start_s, end_s, shoulder, side, cover)
+    covers = []
+    for i in range(n_covers):
+        half_s = rng.uniform(*_COVER_S) / 2
+        middle_s = start_s + duration_s * (i + rng.uniform(0.45, 0.6)) / n_covers
+        covers.append((middle_s - half_s, middle_s + half_s))
+    return Grasp(group[0].part, start_s, end_s, shoulder, side, tuple(covers))
 
 
 def _cover_share(grasp: Grasp, time_s: float) -> float:
-    rising = (time_s - grasp.cover_s[0]) / _RAMP_S + 0.5
-    falling = (grasp.cover_s[1] - time_s) / _RAMP_S + 0.5
-    return minimum_jerk(rising) * minimum_jerk(falling)
+    """0 where the hand is beside the part, 1 where it is before it."""
+    shares = [0.0]
+    for start_s, end_s in grasp.covers_s:
+        rising = (time_s - start_s) / _RAMP_S + 0.5
+        falling = (end_s - time_s) / _RAMP_S + 0.5
+        shares.append(minimum_jerk(rising) * minimum_jerk(falling))
+    return max(shares)
 
 
 def _clipped_turn(begun: Pose, now: Pose) -> Array:

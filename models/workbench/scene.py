@@ -16,9 +16,9 @@ from snapfit.models.workbench.clutter import Item, clutter
 Singles = npt.NDArray[np.float32]
 
 STANDARD_CAMERA = AZURE_KINECT_720P
-_TEXELS_PER_M = 1250
-_TOP_X_M, _TOP_Y_M = (-0.86, 1.02), (-0.6, 0.74)
-_FLOOR_Z_M = -0.74
+TEXELS_PER_M = 1250
+TOP_X_M, TOP_Y_M = (-0.86, 1.02), (-0.6, 0.74)
+FLOOR_Z_M = -0.74
 _PAPER_M = (0.297, 0.21)
 
 
@@ -106,15 +106,15 @@ def ground_seen(scene: Scene, camera: PinholeCamera) -> tuple[Singles, Singles]:
     eye = world_from_camera.translation.astype(np.float32)
     depth = (-eye[2] / np.minimum(world[..., 2], -1e-3)).astype(np.float32)
     x, y = eye[0] + depth * world[..., 0], eye[1] + depth * world[..., 1]
-    on_top = (x > _TOP_X_M[0]) & (x < _TOP_X_M[1]) & (y > _TOP_Y_M[0]) & (y < _TOP_Y_M[1])
+    on_top = (x > TOP_X_M[0]) & (x < TOP_X_M[1]) & (y > TOP_Y_M[0]) & (y < TOP_Y_M[1])
     color = cv2.remap(
         scene.ground,
-        (x - _TOP_X_M[0]) * _TEXELS_PER_M,
-        (_TOP_Y_M[1] - y) * _TEXELS_PER_M,
+        (x - TOP_X_M[0]) * TEXELS_PER_M,
+        (TOP_Y_M[1] - y) * TEXELS_PER_M,
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    floor = depth * (eye[2] - _FLOOR_Z_M) / eye[2]
+    floor = depth * (eye[2] - FLOOR_Z_M) / eye[2]
     floor_color = np.array([138, 142, 146], dtype=np.uint8)
     depth = np.where(on_top, depth, floor)
     return depth, linear(np.where(on_top[..., None], color, floor_color))
@@ -128,24 +128,39 @@ def linear(srgb: npt.NDArray[np.uint8]) -> Singles:
     return light
 
 
-def _ground(rng: np.random.Generator) -> npt.NDArray[np.uint8]:
-    width = round((_TOP_X_M[1] - _TOP_X_M[0]) * _TEXELS_PER_M)
-    height = round((_TOP_Y_M[1] - _TOP_Y_M[0]) * _TEXELS_PER_M)
-    top = texture.wood(rng, (height, width), _TEXELS_PER_M)
-    size = (round(_PAPER_M[1] * _TEXELS_PER_M), round(_PAPER_M[0] * _TEXELS_PER_M))
-    page = texture.paper(rng, size)
-    # Centre and turn of the sheet on the bench.
-    turn = cv2.getRotationMatrix2D((size[1] / 2, size[0] / 2), 17.0, 1.0)
+def top_shape() -> tuple[int, int]:
+    """Rows and columns of the bench's top."""
+    return (
+        round((TOP_Y_M[1] - TOP_Y_M[0]) * TEXELS_PER_M),
+        round((TOP_X_M[1] - TOP_X_M[0]) * TEXELS_PER_M),
+    )
+
+
+def laid_on(
+    top: npt.NDArray[np.uint8],
+    sheet: npt.NDArray[np.uint8],
+    place_m: tuple[float, float],
+    turn_deg: float,
+) -> None:
+    """Lays a sheet (h, w, 3) flat on the bench's top (H, W, 3), in place, its centre at a place."""
+    size = sheet.shape
+    turn = cv2.getRotationMatrix2D((size[1] / 2, size[0] / 2), turn_deg, 1.0)
     turn[:, 2] += (
-        (-0.20 - _TOP_X_M[0]) * _TEXELS_PER_M - size[1] / 2,
-        (_TOP_Y_M[1] - 0.17) * _TEXELS_PER_M - size[0] / 2,
+        (place_m[0] - TOP_X_M[0]) * TEXELS_PER_M - size[1] / 2,
+        (TOP_Y_M[1] - place_m[1]) * TEXELS_PER_M - size[0] / 2,
     )
     cv2.warpAffine(
-        page,
+        sheet,
         turn,
-        (width, height),
+        (top.shape[1], top.shape[0]),
         dst=top,
         flags=cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_TRANSPARENT,
     )
+
+
+def _ground(rng: np.random.Generator) -> npt.NDArray[np.uint8]:
+    top = texture.wood(rng, top_shape(), TEXELS_PER_M)
+    size = (round(_PAPER_M[1] * TEXELS_PER_M), round(_PAPER_M[0] * TEXELS_PER_M))
+    laid_on(top, texture.paper(rng, size), (-0.20, 0.17), 17.0)
     return top
