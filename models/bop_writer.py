@@ -37,8 +37,8 @@ _UNFILTERED = (
     if hasattr(cv2, "IMWRITE_PNG_FILTER_NONE")
     else []
 )
-_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, *_UNFILTERED]
-_MASK = [cv2.IMWRITE_PNG_BILEVEL, 1, cv2.IMWRITE_PNG_COMPRESSION, 1]
+DEPTH_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, *_UNFILTERED]
+MASK_PNG = [cv2.IMWRITE_PNG_BILEVEL, 1, cv2.IMWRITE_PNG_COMPRESSION, 1]
 _FOLDERS = ("rgb", "depth", "mask_visib", ENTRIES)
 _MM = 1000.0
 
@@ -83,11 +83,11 @@ class BopWriter:
             DatasetError: the disk is full, or the folder cannot be written.
         """
         name = f"{index:06d}"
-        _image(self._scene / "rgb" / f"{name}.jpg", color, _JPEG)
-        _image(self._scene / "depth" / f"{name}.png", depth, _PNG)
+        write_image(self._scene / "rgb" / f"{name}.jpg", color, _JPEG)
+        write_image(self._scene / "depth" / f"{name}.png", depth, DEPTH_PNG)
         for i, mask in enumerate(masks):
             picture = mask.astype(np.uint8) * np.uint8(255)
-            _image(self._scene / "mask_visib" / f"{name}_{i:06d}.png", picture, _MASK)
+            write_image(self._scene / "mask_visib" / f"{name}_{i:06d}.png", picture, MASK_PNG)
         write_text(self._scene / ENTRIES / f"{name}.json", json.dumps(entry))
 
     def entries(self) -> dict[int, dict[str, Any]]:
@@ -123,7 +123,7 @@ class BopWriter:
             (TRUTH_NAME, {index: entry["gt"] for index, entry in entries.items()}),
             (VISIBILITY_NAME, {index: entry["info"] for index, entry in entries.items()}),
         ):
-            write_text(self._scene / name, _by_lines(content))
+            write_text(self._scene / name, json_by_lines(content))
         lines = [truth_line(_truth(index, entry)) for index, entry in entries.items()]
         write_text(self._scene / LINES_NAME, "\n".join(lines) + "\n")
         first = next(iter(entries.values()))["poses"]
@@ -207,22 +207,23 @@ def write_bytes(path: Path, content: bytes) -> None:
         raise DatasetError(path, f"cannot be written: {error.strerror}") from error
 
 
-def _image(path: Path, image: npt.NDArray[np.generic], options: list[int]) -> None:
+def write_image(path: Path, image: npt.NDArray[np.generic], options: list[int]) -> None:
+    """Encodes a picture as its name says, with OpenCV's options, and writes it as `write_bytes`."""
     done, data = cv2.imencode(path.suffix, image, options)
     if not done:
         raise DatasetError(path, "cannot be encoded")
     write_bytes(path, data.tobytes())
 
 
-def _truth(index: int, entry: Mapping[str, Any]) -> GroundTruth:
-    poses = {name: Pose(np.array(rows)) for name, rows in entry["poses"].items()}
-    return GroundTruth(f"{index:06d}", poses, entry["visib"], entry["state"])
-
-
-def _by_lines(content: Mapping[int, Any]) -> str:
+def json_by_lines(content: Mapping[int, Any]) -> str:
     """JSON with a line an image, as BOP's own files are."""
     lines = [f'  "{index}": {json.dumps(value)}' for index, value in content.items()]
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _truth(index: int, entry: Mapping[str, Any]) -> GroundTruth:
+    poses = {name: Pose(np.array(rows)) for name, rows in entry["poses"].items()}
+    return GroundTruth(f"{index:06d}", poses, entry["visib"], entry["state"])
 
 
 def _symmetries(symmetry: Symmetry) -> dict[str, Any]:

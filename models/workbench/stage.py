@@ -198,7 +198,7 @@ class Stage:
         view = self.scene.camera_from_world
         seen = render(camera, [(b.mesh, view @ b.world_from_body) for b in bodies], normals=True)
         if HAND_LABEL in labels and seen.normal is not None:
-            _smooth_normals(seen.normal, seen.part_id, labels.index(HAND_LABEL) + 1)
+            smooth_normals(seen.normal, seen.part_id, labels.index(HAND_LABEL) + 1)
         cover_kernels.put_before(
             surfaces.depth,
             surfaces.normal,
@@ -273,7 +273,7 @@ def _corners(body: Body) -> Array:
     return body.world_from_body.transform(low + unit * (high - low))
 
 
-def _smooth_normals(normal: Singles, ids: Bytes, first: int) -> None:
+def smooth_normals(normal: Singles, ids: Bytes, first: int) -> None:
     """Rounds off what is drawn from the `first` id on, in place: skin has no edges."""
     size = (_SMOOTH_PX, _SMOOTH_PX)
     mean = cv2.blur(cv2.blur(cover_kernels.only_where(normal, ids, first), size), size)
