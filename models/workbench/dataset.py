@@ -24,6 +24,8 @@ from snapfit.models.bop_writer import (
     write_text,
 )
 from snapfit.models.errors import DatasetError
+from snapfit.models.workbench.blender import check_bpy
+from snapfit.models.workbench.cycles import CyclesFilm
 from snapfit.models.workbench.fan_out import asset_digest, claim_folder, fan_out
 from snapfit.models.workbench.film import Film, FilmFrame
 from snapfit.models.workbench.split import FRAME_RATE_HZ, TEST_FRAMES, Condition
@@ -46,6 +48,7 @@ class Order:
         seed: of everything.
         limit: only the first frames of each scene; None is all.
         scale: share of 1280x720.
+        cycles_samples: paths of light a pixel, by Blender's Cycles; None is the own renderer.
     """
 
     directory: Path
@@ -54,6 +57,7 @@ class Order:
     seed: int = 20
     limit: int | None = None
     scale: float = 1.0
+    cycles_samples: int | None = None
 
 
 @dataclass(frozen=True)
@@ -101,11 +105,14 @@ def render_dataset(
 
     Raises:
         ManifestError: there is no such asset.
-        WorkbenchError: an asset that the workbench cannot put together.
+        WorkbenchError: an asset that the workbench cannot put together; Blender is wanted and not
+            installed.
         DatasetError: an asset is not in the split, the folder holds another rendering, the disk
             is full, or the backend is not installed.
     """
     started_s = time.perf_counter()
+    if order.cycles_samples is not None:
+        check_bpy()
     assets = {name: find_asset(name) for name in order.assets}
     for asset in assets.values():
         _prepare(order, asset)
@@ -170,6 +177,8 @@ def _prepare(order: Order, asset: Asset) -> None:
         "scale": order.scale,
         "recipe": _RECIPE,
     }
+    if order.cycles_samples is not None:
+        recipe["cycles_samples"] = order.cycles_samples
     for condition in order.conditions:
         claim_folder(scene_folder(order, asset, condition), recipe)
     write_models(order.directory / asset.name / "models", asset)
@@ -198,7 +207,7 @@ def render_run(run: Run) -> RunReport:
     Raises:
         DatasetError: as `render_dataset`.
     """
-    asset, film = _film(run.asset, run.n_frames, run.order.seed, run.order.scale)
+    asset, film = _film(run.asset, run.n_frames, run.order)
     counts, seconds = {}, {}
     for condition, indices in run.missing:
         started_s = time.perf_counter()
@@ -213,11 +222,13 @@ def render_run(run: Run) -> RunReport:
 
 
 @lru_cache(maxsize=1)
-def _film(name: str, n_frames: int, seed: int, scale: float) -> tuple[Asset, Film]:
+def _film(name: str, n_frames: int, order: Order) -> tuple[Asset, Film]:
     """Kept, because a process gets run after run of the same asset."""
     asset = find_asset(name)
-    order = Order(Path(), seed=seed)
-    return asset, Film(asset, n_frames, asset_seed(order, asset), scale)
+    seed, samples = asset_seed(order, asset), order.cycles_samples
+    if samples is None:
+        return asset, Film(asset, n_frames, seed, order.scale)
+    return asset, CyclesFilm(asset, n_frames, seed, order.scale, samples=samples)
 
 
 def _entry(asset: Asset, frame: FilmFrame) -> dict[str, Any]:

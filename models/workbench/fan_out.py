@@ -65,7 +65,7 @@ def claim_folder(folder: Path, recipe: Mapping[str, Any]) -> None:
     except ValueError as error:
         raise DatasetError(path, f"is not valid JSON: {error}") from error
     if found != recipe:
-        changed = ", ".join(key for key in recipe if found.get(key) != recipe[key])
+        changed = ", ".join(key for key in {**found, **recipe} if found.get(key) != recipe.get(key))
         problem = f"another rendering lies here ({changed}): choose another folder"
         raise DatasetError(path, problem)
 

@@ -40,6 +40,13 @@ class Backend(StrEnum):
     DASK = "dask"
 
 
+class Renderer(StrEnum):
+    """What draws the colour pictures."""
+
+    OWN = "own"
+    CYCLES = "cycles"
+
+
 @dataset_app.callback()
 def _dataset() -> None:
     """Keep `render` a command of its own though it is the only one."""
@@ -66,6 +73,12 @@ def render(
     scale: Annotated[
         float, typer.Option(min=0.1, max=1.0, help="Size of the pictures; 1: 1280x720.")
     ] = 1.0,
+    renderer: Annotated[
+        Renderer, typer.Option(help="cycles: photo-real and slow, by Blender (snapfit[blender]).")
+    ] = Renderer.OWN,
+    samples: Annotated[
+        int, typer.Option(min=1, max=4096, help="Paths of light a pixel, by cycles.")
+    ] = 48,
 ) -> None:
     """Render the dataset; what is there already is kept, so that a run can be taken up again."""
     del split  # there is one yet
@@ -81,6 +94,7 @@ def render(
             seed=seed,
             limit=limit,
             scale=scale,
+            cycles_samples=samples if renderer is Renderer.CYCLES else None,
         )
         columns = (
             TextColumn("rendering"),

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import sys
 from pathlib import Path
 
 import cv2
@@ -134,3 +135,12 @@ def test_a_backend_that_is_not_installed_is_told(tmp_path, monkeypatch):
 def test_the_command_knows_the_conditions_of_the_workbench():
     assert [each.value for each in ConditionName] == [each.value for each in Condition]
     assert [each.value for each in Backend] == ["loky", "ray", "dask"]
+
+
+def test_cycles_without_blender_is_told_before_anything_is_made(tmp_path, monkeypatch):
+    monkeypatch.setattr("snapfit.models.workbench.blender.find_spec", lambda _: None)
+    monkeypatch.setitem(sys.modules, "bpy", None)
+    result = render(tmp_path / "dataset", "--renderer", "cycles", "--limit", "1")
+    assert result.exit_code == 1
+    assert "pip install 'snapfit[blender]'" in result.stderr
+    assert not (tmp_path / "dataset").exists()
