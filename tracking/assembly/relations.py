@@ -1,0 +1,134 @@
+"""The relative poses of all pairs of parts over time: their running mean, and how long it rests.
+
+All pairs are held in arrays, so that eight parts cost no more than a few calls of NumPy a frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from snapfit.models.joint import angles
+from snapfit.models.pose import Array, Pose
+from snapfit.tracking.assembly.parameters import AssemblyParameters
+
+Counts = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+_LONGEST_MEAN = 30
+
+
+class Relations:
+    """Relative poses `a_from_b` of all pairs of parts.
+
+    Attributes:
+        first, second: (P,) numbers of the parts a and b of each pair.
+        is_seen: (P,) whether both have a pose in this frame.
+        mean: (P, 4, 4) running mean of `a_from_b`; its rotation is orthonormal but for noise.
+        rest: (P, 4, 4) mean since the pair came to rest.
+        still_frames: (P,) frames since then.
+        has_moved: (P,) whether the pair has been moved since it was first seen.
+        start: (P, 4, 4) where it was then.
+    """
+
+    def __init__(self, parts: Sequence[str], parameters: AssemblyParameters) -> None:
+        self._numbers = {name: i for i, name in enumerate(parts)}
+        self._parameters = parameters
+        self.first, self.second = np.triu_indices(len(parts), k=1)
+        n_pairs = len(self.first)
+        self._pairs = {
+            (int(a), int(b)): i
+            for i, (a, b) in enumerate(zip(self.first, self.second, strict=True))
+        }
+        self._poses = np.tile(np.eye(4), (len(parts), 1, 1))
+        self.is_seen: Flags = np.zeros(n_pairs, dtype=np.bool_)
+        self.mean = np.zeros((n_pairs, 4, 4))
+        self.rest = np.zeros((n_pairs, 4, 4))
+        self.start = np.zeros((n_pairs, 4, 4))
+        self.still_frames: Counts = np.zeros(n_pairs, dtype=np.int64)
+        self.has_moved: Flags = np.zeros(n_pairs, dtype=np.bool_)
+        self._was_seen: Flags = np.zeros(n_pairs, dtype=np.bool_)
+
+    def update(self, camera_from_body: Mapping[str, Pose]) -> None:
+        """Takes in the poses of a frame; parts that are missing have none."""
+        here = np.zeros(len(self._poses), dtype=np.bool_)
+        for name, pose in camera_from_body.items():
+            number = self._numbers[name]
+            self._poses[number] = pose.matrix
+            here[number] = True
+        self.is_seen = here[self.first] & here[self.second]
+        if not self.is_seen.any():
+            return
+        measured = self._relative()
+        self._smooth(measured)
+        self._find_rest()
+
+    def pair(self, part_a: str, part_b: str) -> tuple[int, bool]:
+        """Number of a pair, and whether it holds b_from_a in place of a_from_b."""
+        a, b = self._numbers[part_a], self._numbers[part_b]
+        return (self._pairs[(a, b)], False) if a < b else (self._pairs[(b, a)], True)
+
+    def mean_of(self, parent: str, child: str) -> Array:
+        """(4, 4) running mean of `parent_from_child`."""
+        index, is_swapped = self.pair(parent, child)
+        return inverted(self.mean[index]) if is_swapped else self.mean[index]
+
+    def still_of(self, part_a: str, part_b: str) -> int:
+        """For how many frames two parts have been at rest against each other."""
+        return int(self.still_frames[self.pair(part_a, part_b)[0]])
+
+    def is_seen_of(self, part_a: str, part_b: str) -> bool:
+        """Whether two parts both have a pose in this frame."""
+        return bool(self.is_seen[self.pair(part_a, part_b)[0]])
+
+    def _relative(self) -> Array:
+        a, b = self._poses[self.first], self._poses[self.second]
+        a_from_camera = np.swapaxes(a[:, :3, :3], 1, 2)
+        relative = np.tile(np.eye(4), (len(a), 1, 1))
+        relative[:, :3, :3] = a_from_camera @ b[:, :3, :3]
+        apart = (b[:, :3, 3] - a[:, :3, 3])[..., None]
+        relative[:, :3, 3] = (a_from_camera @ apart)[..., 0]
+        return relative
+
+    def _smooth(self, measured: Array) -> None:
+        p, seen = self._parameters, self.is_seen
+        way_m, turn_rad = distances(self.mean, measured)
+        anew = seen & (~self._was_seen | (way_m > p.jump_m) | (turn_rad > p.jump_rad))
+        self.mean[seen] += p.smoothing * (measured[seen] - self.mean[seen])
+        if anew.any():
+            self.mean[anew] = self.rest[anew] = measured[anew]
+            self.still_frames[anew] = 0
+            first = anew & ~self._was_seen
+            self.start[first] = measured[first]
+            self._was_seen |= seen
+
+    def _find_rest(self) -> None:
+        p, seen = self._parameters, self.is_seen
+        way_m, turn_rad = distances(self.rest, self.mean)
+        moved = seen & ((way_m > p.still_m) | (turn_rad > p.still_rad))
+        rests = seen & ~moved
+        self.rest[moved] = self.mean[moved]
+        self.still_frames[moved] = 0
+        self.still_frames[rests] += 1
+        share = 1 / np.minimum(self.still_frames[rests] + 1, _LONGEST_MEAN)
+        self.rest[rests] += share[:, None, None] * (self.mean[rests] - self.rest[rests])
+        if not self.has_moved.all():
+            way_m, turn_rad = distances(self.start, self.mean)
+            self.has_moved |= seen & ((way_m > p.moved_m) | (turn_rad > p.moved_rad))
+
+
+def distances(a: Array, b: Array) -> tuple[Array, Array]:
+    """Translations (K,), m, and angles (K,), rad, between poses (K, 4, 4)."""
+    apart = a[:, :3, 3] - b[:, :3, 3]
+    way_m: Array = np.sqrt((apart * apart).sum(axis=1))
+    return way_m, angles(np.swapaxes(a[:, :3, :3], 1, 2) @ b[:, :3, :3])
+
+
+def inverted(pose: Array) -> Array:
+    """(4, 4) inverse of a pose."""
+    result = np.eye(4)
+    result[:3, :3] = pose[:3, :3].T
+    result[:3, 3] = -result[:3, :3] @ pose[:3, 3]
+    return result
