@@ -22,7 +22,8 @@ from snapfit.tracking.frame import Frame, check_frame
 from snapfit.tracking.kernel_cameras import kernel_cameras
 from snapfit.tracking.kernels.evidence import weigh_bodies
 from snapfit.tracking.kernels.refine import refine
-from snapfit.tracking.kernels.types import Bodies, Images
+from snapfit.tracking.kernels.types import CONSIDERED, OCCLUDED, VALID, Bodies, Images
+from snapfit.tracking.kinematics import KinematicStructures
 from snapfit.tracking.nearby import NearbyRendering, occlusion_settings
 from snapfit.tracking.parameters import DepthParameters, RegionParameters, TrackerParameters
 from snapfit.tracking.region_modality import empty_lines, region_settings
@@ -30,6 +31,7 @@ from snapfit.tracking.threads import parallel_kernels, prepare_threading_layer
 
 _PARTS_A_BODY = 4
 """Pieces that a body's lines and points are cut into, so that one body keeps two cores busy."""
+_ENOUGH_POINTS, _NOISE_RATE = 40, 0.3
 
 
 class Optimiser:
@@ -38,6 +40,7 @@ class Optimiser:
     Attributes:
         support: (B, 2) lines and points that agree with the pose, after `weigh`.
         likelihoods: (B,) log likelihood of the pose, after `weigh`.
+        structures: how the bodies are linked; all are free at first.
     """
 
     def __init__(
@@ -55,6 +58,7 @@ class Optimiser:
         self._kept_alive = tuple(bodies)
         self._models = pack_models(bodies, n_lines, n_points)
         self._bodies = _empty_bodies(n)
+        self.structures = KinematicStructures(n)
         self._lines = empty_lines(n, n_lines)
         self._points = empty_points(n, n_points)
         self._region = region_settings(region or RegionParameters(), iterations)
@@ -74,12 +78,14 @@ class Optimiser:
         self._no_depth = np.zeros((depth_camera.height, depth_camera.width), dtype=np.uint16)
         self.support = np.zeros((n, 2), dtype=np.int64)
         self.likelihoods = np.zeros(n)
+        self._depth_errors = np.zeros(n)
 
     def place(self, body: int, pose: Pose) -> None:
         """Put a body at a pose `camera_from_body`, its colours unknown, and let it take part."""
         self._bodies.active[body] = 1
         self._bodies.poses[body] = pose.matrix
         self._bodies.tables[body] = 0.5
+        self._bodies.depth_scales[body] = 1.0
 
     def pose(self, body: int) -> Pose:
         """`camera_from_body` of a body."""
@@ -152,7 +158,9 @@ class Optimiser:
             POINT_TOLERANCE_M,
             self.support,
             self.likelihoods,
+            self._depth_errors,
         )
+        self._learn_noise()
 
     def learn(self, which: npt.NDArray[np.int64], *, afresh_beyond_px: float | None = None) -> None:
         """Learn the colours at the poses of the bodies (B,) that can be believed.
@@ -172,6 +180,18 @@ class Optimiser:
                 afresh_beyond_px=afresh_beyond_px,
             )
 
+    def _learn_noise(self) -> None:
+        """How much each body's measured points can be trusted, from their last errors."""
+        depth = self._parameters.depth
+        if depth is None:
+            return
+        points = self._counts.sum(axis=1)[:, 1]
+        visible = points[:, CONSIDERED] - points[:, OCCLUDED]
+        trusted = points[:, VALID] > np.maximum(depth.trusted_share * visible, _ENOUGH_POINTS)
+        noise = depth.noise * self._depth_errors / depth.standard_deviations_m[-1]
+        scales = np.where(trusted, np.clip(noise, depth.least_scale, 1.0), 1.0)
+        self._bodies.depth_scales[:] += _NOISE_RATE * (scales - self._bodies.depth_scales)
+
     @property
     def _seen(self) -> Images:
         if self._images is None:
@@ -188,6 +208,7 @@ class Optimiser:
                 self._cameras,
                 self._models,
                 self._bodies,
+                self.structures.arrays,
                 self._region,
                 self._depth,
                 self._occlusion,
@@ -206,6 +227,8 @@ def _empty_bodies(n: int) -> Bodies:
         depth_poses=np.zeros((n, 4, 4), dtype=np.float32),
         views=np.zeros(n, dtype=np.int64),
         tables=np.full((n, N_COLORS), 0.5, dtype=np.float32),
+        depth_scales=np.ones(n, dtype=np.float32),
         solved=np.ones(n, dtype=np.uint8),
+        gradients=np.zeros((n, 6)),
         hessians=np.zeros((n, 6, 6)),
     )

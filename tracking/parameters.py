@@ -69,6 +69,9 @@ class DepthParameters:
         considered_distances_m: how far away a measured point may lie, at 1 m distance.
         standard_deviations_m: of a measured point, at 1 m distance.
         strides_m: spacing of the samples of the search window, at 1 m distance.
+        least_scale: the deviations shrink to this share where the sensor proves to be good ...
+        noise: ... that is, where so many root mean squares of the last errors are less.
+        trusted_share: of the visible points with a measured one, for them to prove anything.
         beside, beside_slope: how far the closest point may lie beside the normal, in strides and
             as a share of its distance along the normal: what is found at the border of a hole in
             the depth image, or on another thing, is no correspondence.
@@ -78,6 +81,9 @@ class DepthParameters:
     considered_distances_m: tuple[float, ...] = (0.05, 0.02, 0.01)
     standard_deviations_m: tuple[float, ...] = (0.05, 0.03, 0.01, 0.012)
     strides_m: tuple[float, ...] = (0.01, 0.005)
+    least_scale: float = 0.33
+    noise: float = 3.0
+    trusted_share: float = 0.5
     beside: float = 2.0
     beside_slope: float = 0.5
 

@@ -67,6 +67,7 @@ def find_points(
     point_of, normal_of = points.point[body], points.normal[body]
     measured_of, weight_of = points.measured[body], points.weight[body]
     valid_of = points.valid[body]
+    scale = bodies.depth_scales[body]
     for i in range(first, last):
         valid_of[i] = 0
         px, py, pz = surface[i, 0] * unit, surface[i, 1] * unit, surface[i, 2] * unit
@@ -112,7 +113,7 @@ def find_points(
         point_of[i, 0], point_of[i, 1], point_of[i, 2] = px, py, pz
         normal_of[i, 0], normal_of[i, 1], normal_of[i, 2] = bx, by, bz
         measured_of[i, 0], measured_of[i, 1], measured_of[i, 2] = mx, my, mz
-        deviation = settings.sigmas[iteration] * z
+        deviation = settings.sigmas[iteration] * scale * z
         weight_of[i] = np.float32(1.0) / (deviation * deviation)
         valid_of[i] = 1
         counts[VALID] += 1

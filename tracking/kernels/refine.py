@@ -14,7 +14,7 @@ from snapfit.tracking.kernels.geometry import intrinsics, multiply_poses
 from snapfit.tracking.kernels.normal_equations import add_depth, add_region
 from snapfit.tracking.kernels.pointers import view_rows
 from snapfit.tracking.kernels.region import find_lines
-from snapfit.tracking.kernels.solve import apply_variation, newton_step
+from snapfit.tracking.kernels.structure import step_structure
 from snapfit.tracking.kernels.types import (
     CONTOUR_WIDTH,
     F64,
@@ -29,6 +29,7 @@ from snapfit.tracking.kernels.types import (
     OcclusionSettings,
     Points,
     RegionSettings,
+    Structures,
 )
 from snapfit.tracking.kernels.view import closest_view
 
@@ -116,9 +117,9 @@ def differentiate(
     region: RegionSettings,
     lines: Lines,
     points: Points,
-    gradient: F64,
 ) -> None:
-    """Gradient (6,) and Hessian (into `bodies.hessians`) of a body at its pose."""
+    """Gradient and Hessian of a body at its pose, into `bodies`."""
+    gradient = bodies.gradients[body]
     gradient[:] = 0.0
     bodies.hessians[body] = 0.0
     bodies.color_poses[body] = bodies.poses[body]
@@ -148,17 +149,6 @@ def differentiate(
     )
 
 
-@njit(cache=True, nogil=True)
-def step_body(body: int, bodies: Bodies, gradient: F64, tikhonov: F64) -> None:
-    """Newton step of one body; a failed one leaves the pose and says so in `bodies.solved`."""
-    step = np.empty(6)
-    system = bodies.hessians[body].copy()
-    if newton_step(gradient, system, tikhonov[0], tikhonov[1], step):
-        apply_variation(bodies.poses[body], step)
-    else:
-        bodies.solved[body] = 0
-
-
 @njit(cache=True, nogil=True, parallel=True)
 def refine(
     n_iterations: int,
@@ -168,6 +158,7 @@ def refine(
     cameras: Cameras,
     models: Models,
     bodies: Bodies,
+    structures: Structures,
     region: RegionSettings,
     depth: DepthSettings,
     occlusion: OcclusionSettings,
@@ -176,13 +167,15 @@ def refine(
     points: Points,
     counts: I64,
 ) -> None:
-    """Refine the poses of all bodies against one frame (ICG).
+    """Refine the poses of all structures against one frame (ICG, Mb-ICG).
 
     Args:
         n_iterations, n_updates: correspondence and update iterations.
         n_parts: parts that a body's lines and points are cut into, for the threads.
         images, cameras, models: what is seen, by what, of what.
         bodies: poses are refined in place.
+        structures: how bodies are linked; joints' coordinates are refined in place.
+        structures: how they are linked; the coordinates of their joints are refined in place.
         region, depth, occlusion: parameters.
         tikhonov: (2,) of rotation and translation.
         lines, points: working arrays; hold the last correspondences afterwards.
@@ -214,19 +207,19 @@ def refine(
                     points,
                     counts[body, part],
                 )
-        for body in prange(n_bodies):
-            gradient = np.empty(6)
-            for update in range(n_updates * bodies.active[body]):
-                differentiate(
-                    body,
-                    iteration,
-                    update,
-                    cameras,
-                    models,
-                    bodies,
-                    region,
-                    lines,
-                    points,
-                    gradient,
-                )
-                step_body(body, bodies, gradient, tikhonov)
+        for update in range(n_updates):
+            for body in prange(n_bodies):
+                if bodies.active[body]:
+                    differentiate(
+                        body,
+                        iteration,
+                        update,
+                        cameras,
+                        models,
+                        bodies,
+                        region,
+                        lines,
+                        points,
+                    )
+            for structure in prange(n_bodies):
+                step_structure(structure, structures, bodies, tikhonov)

@@ -81,3 +81,30 @@ def apply_variation(pose: F64, step: F64) -> None:
         pose[i, 3] += r0 * step[3] + r1 * step[4] + r2 * step[5]
         for j in range(3):
             pose[i, j] = r0 * rotation[0, j] + r1 * rotation[1, j] + r2 * rotation[2, j]
+
+
+@njit(cache=True, nogil=True)
+def exponential(twist: F64, out: F64) -> None:
+    """Exponential of SE(3), rotation by Rodrigues' formula, translation by its left Jacobian.
+
+    Args:
+        twist: (6,) rotation (rad), translation (m).
+        out: (4, 4) written.
+    """
+    wx, wy, wz = twist[0], twist[1], twist[2]
+    angle2 = wx * wx + wy * wy + wz * wz
+    if angle2 < 1e-8:
+        a, b, c = 1.0 - angle2 / 6.0, 0.5 - angle2 / 24.0, 1.0 / 6.0 - angle2 / 120.0
+    else:
+        angle = math.sqrt(angle2)
+        a, b = math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle2
+        c = (1.0 - a) / angle2
+    hat = np.array([[0.0, -wz, wy], [wz, 0.0, -wx], [-wy, wx, 0.0]])
+    out[3, 0], out[3, 1], out[3, 2], out[3, 3] = 0.0, 0.0, 0.0, 1.0
+    for i in range(3):
+        out[i, 3] = 0.0
+        for j in range(3):
+            square = hat[i, 0] * hat[0, j] + hat[i, 1] * hat[1, j] + hat[i, 2] * hat[2, j]
+            unit = 1.0 if i == j else 0.0
+            out[i, j] = unit + a * hat[i, j] + b * square
+            out[i, 3] += (unit + b * hat[i, j] + c * square) * twist[3 + j]

@@ -107,8 +107,9 @@ class Bodies(NamedTuple):
         color_poses, depth_poses: (B, 4, 4) single precision, in the two cameras' frames.
         views: (B,) closest view.
         tables: (B, 4096) posterior of the foreground, by colour.
+        depth_scales: (B,) factor on the depth modality's deviations: its noise, as seen lately.
         solved: (B,) 0 where a Newton step failed.
-        hessians: (B, 6, 6) of the last step, without regularisation.
+        gradients, hessians: (B, 6) and (B, 6, 6) of the last step, without regularisation.
     """
 
     active: U8
@@ -117,8 +118,34 @@ class Bodies(NamedTuple):
     depth_poses: F32
     views: I64
     tables: F32
+    depth_scales: F32
     solved: U8
+    gradients: F64
     hessians: F64
+
+
+class Structures(NamedTuple):
+    """How bodies are linked: trees of joints (Mb-ICG); a free body is a tree of one.
+
+    Attributes:
+        parents: (B,) index of the body that carries it, -1 for a root.
+        order: (B,) bodies by structure, parents before their children.
+        starts: (B + 1,) where each structure begins in `order`; B where there are no more.
+        zeros: (B, 4, 4) parent_from_child with all coordinates zero.
+        twists: (B, 2, 6) right perturbations of the child, its frame, of each coordinate.
+        n_dof: (B,) coordinates of the joint to the parent, 0 to 2.
+        q: (B, 2) the coordinates, rad or m.
+        limits: (B, 2, 2) least and largest coordinate.
+    """
+
+    parents: I64
+    order: I64
+    starts: I64
+    zeros: F64
+    twists: F64
+    n_dof: I64
+    q: F64
+    limits: F64
 
 
 class RegionSettings(NamedTuple):

@@ -114,7 +114,9 @@ def bodies_at(poses: list[Pose], tables: Array | None = None) -> Bodies:
         depth_poses=matrices.astype(np.float32),
         views=np.zeros(n, dtype=np.int64),
         tables=(even if tables is None else tables).astype(np.float32),
+        depth_scales=np.ones(n, dtype=np.float32),
         solved=np.ones(n, dtype=np.uint8),
+        gradients=np.zeros((n, 6)),
         hessians=np.zeros((n, 6, 6)),
     )
 

@@ -83,6 +83,9 @@ def test_points_are_weighed_like_their_twin() -> None:
         found = weigh_points(1, 70, pose.matrix.astype(np.float32), points, np.float32(TOLERANCE_M))
         assert found[0] == (np.abs(share) < 1).sum()
         assert found[1] == pytest.approx(np.maximum(1 - share**2, -1).sum(), abs=2e-2)
+        depths = pose.transform(points.point[1].astype(np.float64))[:70][on, 2]
+        rms = np.sqrt(np.mean((errors[:70][on] / depths) ** 2))
+        assert found[2] == pytest.approx(rms, rel=1e-3)
         total, agreeing_total = total + on.sum(), agreeing_total + found[0]
     assert 0.1 * total < agreeing_total < 0.9 * total
 
@@ -104,6 +107,7 @@ def weigh(
         TOLERANCE_M,
         support,
         likelihoods,
+        np.zeros(2),
     )
     return support, likelihoods
 

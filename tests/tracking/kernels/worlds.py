@@ -18,6 +18,7 @@ from snapfit.tracking.body import Body, pack_models
 from snapfit.tracking.depth_modality import depth_settings, empty_points
 from snapfit.tracking.kernels.refine import refine
 from snapfit.tracking.kernels.types import Bodies, Images, Lines, Models, Points
+from snapfit.tracking.kinematics import KinematicStructures
 from snapfit.tracking.nearby import occlusion_settings
 from snapfit.tracking.parameters import DepthParameters, OcclusionParameters, RegionParameters
 from snapfit.tracking.region_modality import empty_lines, region_settings
@@ -94,6 +95,7 @@ class World:
             both_cameras(WORLD_CAMERA, WORLD_CAMERA),
             self.models,
             bodies,
+            KinematicStructures(n).arrays,
             region_settings(REGION, ITERATIONS),
             depth_settings(DEPTH, ITERATIONS),
             occlusion_settings(self.parameters, has_depth=True),
