@@ -2,7 +2,7 @@
 
 Numba compiles a kernel anew when its own file changes, but not when a kernel that it calls has
 changed in another file: the old code would go on running inside the new. So the folder's name
-holds a digest of all our sources; folders of older versions are removed.
+holds a digest of all files with kernels; folders that nobody has used for a week are removed.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import hashlib
 import os
 import shutil
 import sys
+import time
 from pathlib import Path
 
 from snapfit.models.cache import cache_directory
 
 _ROOMS = ("models", "tracking")
-_KEPT = 3
+_UNUSED_S = 7 * 86400.0
 
 
 def prepare_kernel_cache() -> None:
@@ -41,12 +42,15 @@ def _digest() -> str:
     house = Path(__file__).resolve().parent.parent
     for room in _ROOMS:
         for path in sorted((house / room).rglob("*.py")):
-            sha.update(str(path.relative_to(house)).encode() + path.read_bytes())
+            source = path.read_bytes()
+            if b"njit" in source or "kernels" in path.parent.name:
+                sha.update(str(path.relative_to(house)).encode() + source)
     return sha.hexdigest()[:16]
 
 
 def _forget_old(folder: Path) -> None:
     with contextlib.suppress(OSError):  # another process may be tidying up too
-        versions = sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
-        for path in versions[_KEPT:]:
-            shutil.rmtree(path, ignore_errors=True)
+        # Another process may be using a folder right now: only what is long unused may go.
+        for path in folder.iterdir():
+            if path.stat().st_mtime < time.time() - _UNUSED_S:
+                shutil.rmtree(path, ignore_errors=True)
