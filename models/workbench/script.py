@@ -91,15 +91,19 @@ class Script:
 
     def poses_at(self, time_s: float) -> dict[str, Pose]:
         """`world_from_part` of every part."""
-        poses = dict(self.initial)
-        for move in self.moves:
-            if time_s >= move.start_s:
-                share = (time_s - move.start_s) / move.duration_s
-                pose = move.motion.at(min(share, 1.0))
-                poses[move.part] = pose
-                for name, part_from_other in move.carried.items():
-                    poses[name] = pose @ part_from_other
-        return poses
+        found: dict[str, Pose] = {}
+        # Of the moves of a part only the last that has begun counts.
+        for move in reversed(self.moves):
+            if time_s < move.start_s or (
+                move.part in found and found.keys() >= move.carried.keys()
+            ):
+                continue
+            share = (time_s - move.start_s) / move.duration_s
+            pose = move.motion.at(min(share, 1.0))
+            found.setdefault(move.part, pose)
+            for name, part_from_other in move.carried.items():
+                found.setdefault(name, pose @ part_from_other)
+        return {name: found.get(name, pose) for name, pose in self.initial.items()}
 
     def state_at(self, time_s: float) -> str:
         """Name of the assembly state."""
