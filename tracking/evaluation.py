@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from snapfit.models.asset import Part
 from snapfit.models.recording import GroundTruth
@@ -44,6 +45,7 @@ class PartEvaluation:
 
     def __post_init__(self) -> None:
         self._points = model_vertices(self.part.mesh)
+        self._tree = cKDTree(model_vertices(self.part.mesh, None))
 
     def add(self, estimate: PartEstimate, truth: GroundTruth | None) -> None:
         """Take in one frame; without truth it counts, but is not judged."""
@@ -92,8 +94,10 @@ class PartEvaluation:
         translation_m = rotation_rad = error_m = math.inf
         if pose is not None:
             translation_m, rotation_rad = distance_modulo_symmetry(true, pose, symmetry)
-            add = add_m if symmetry.is_none else add_s_m
-            error_m = add(self._points, pose, true)
+            if symmetry.is_none:
+                error_m = add_m(self._points, pose, true)
+            else:
+                error_m = add_s_m(self._points, pose, true, self._tree)
         self.translations_m.append(translation_m)
         self.rotations_rad.append(rotation_rad)
         self.adds_m.append(error_m)

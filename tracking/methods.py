@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from snapfit.models.asset import Part
+from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import load_bodies
@@ -27,6 +27,8 @@ def create_tracker(
     parts: Sequence[Part],
     camera: RgbdCamera,
     progress: Progress | None = None,
+    *,
+    asset: Asset | None = None,
 ) -> Tracker:
     """A tracker that is ready for its first frame: models made or read, kernels compiled.
 
@@ -35,11 +37,14 @@ def create_tracker(
         parts: what is to be tracked.
         camera: where the frames come from.
         progress: called with a message and the share that is done, 0 to 1.
+        asset: what the parts belong to, for methods that know its assembly graph; None for loose
+            parts.
 
     Raises:
         TrackingError: the method is unknown, or there is nothing to track.
         ViewpointModelError: a viewpoint model can neither be read nor made.
     """
+    del asset  # No method knows the assembly graph yet.
     if method not in METHODS:
         known = ", ".join(METHODS)
         raise TrackingError(f"there is no method {method!r}; the methods are {known}")

@@ -22,8 +22,8 @@ from snapfit.tracking.kernels.metrics import least_largest_distance_m, least_lar
 Points = npt.NDArray[np.float64]
 Errors = npt.NDArray[np.floating[Any]]
 
-MOST_VERTICES = 3000
-"""ADD(-S) takes at most so many of a mesh's vertices."""
+MOST_VERTICES = 1000
+"""ADD(-S) is the mean over at most so many of a mesh's vertices."""
 
 SYMMETRY_STEP = 0.01
 """A continuous axis is cut so that no point travels further than this share of the diameter."""
@@ -68,7 +68,8 @@ def add_s_m(points: Points, estimate: Pose, truth: Pose, tree: cKDTree | None = 
     Args:
         points: of the body.
         estimate, truth: `camera_from_body`.
-        tree: of the points, if there is one: in the estimated body frame it serves every pose.
+        tree: of the points among which the closest is looked for, body frame: all vertices, where
+            `points` are a sample of them. It serves every pose. Of `points` if absent.
     """
     true = (estimate.inverse() @ truth).transform(points)
     distances, _ = (tree or cKDTree(points)).query(true)

@@ -11,10 +11,14 @@ from snapfit.server.cli.errors import clear_errors
 
 
 def benchmark(
-    data: Annotated[
-        Path, typer.Option(help="Dataset (ASSET/test/CONDITION), or one recorded sequence.")
-    ],
     out: Annotated[Path, typer.Option(help="Folder for results; finished runs are kept in it.")],
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            help="Dataset (ASSET/test/CONDITION), or one recorded sequence. --quick has its own.",
+            show_default=False,
+        ),
+    ] = None,
     methods: Annotated[str, typer.Option(help="Tracking methods, with commas between.")] = "icg",
     asset: Annotated[
         list[str] | None, typer.Option(help="Only this asset; may be given again.")
@@ -30,6 +34,12 @@ def benchmark(
     ] = 1,
     films: Annotated[
         bool | None, typer.Option(help="Films of all methods side by side; not with --quick.")
+    ] = None,
+    any_commit: Annotated[
+        bool, typer.Option("--any-commit", help="Keep finished runs of other versions of the code.")
+    ] = False,
+    report: Annotated[
+        Path | None, typer.Option(help="Write the Markdown into this page, too.")
     ] = None,
 ) -> None:
     """Benchmark tracking methods: the paper's table, strict figures, plots and films."""
@@ -48,5 +58,7 @@ def benchmark(
                 quick=quick,
                 n_jobs=jobs,
                 films=not quick if films is None else films,
+                any_commit=any_commit,
+                page=report,
             )
         )

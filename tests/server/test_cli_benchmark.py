@@ -12,16 +12,16 @@ import trimesh
 import typer
 from typer.testing import CliRunner
 
-from snapfit.models.asset import Part, find_asset
+from snapfit.models.asset import Part
 from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.models.recording import GroundTruth
 from snapfit.models.sequence import BodyRecord
 from snapfit.models.sequence_writer import SequenceWriter
-from snapfit.models.workbench.demo import demo_sequence
 from snapfit.server.cli import benchmark_run
 from snapfit.server.cli.benchmark import benchmark
-from snapfit.tracking.benchmark import run as run_module
+from snapfit.tracking.benchmark import benchmark as benchmark_module
+from snapfit.tracking.benchmark import contest, quick
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 
@@ -54,11 +54,11 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The methods for which trackers were made, in the place of real ones."""
     methods: list[str] = []
 
-    def create(method: str, parts: Sequence[Part], *_: Any) -> FaithfulTracker:
+    def create(method: str, parts: Sequence[Part], *_: Any, **__: Any) -> FaithfulTracker:
         methods.append(method)
         return FaithfulTracker()
 
-    monkeypatch.setattr(run_module, "create_tracker", create)
+    monkeypatch.setattr(contest, "create_tracker", create)
     return methods
 
 
@@ -89,14 +89,16 @@ def test_everything_is_written(data: Path, made: list[str], tmp_path: Path) -> N
     assert result.exit_code == 0, result.output
     assert made == ["icg", "icg"]
     text = (out / "benchmark.md").read_text()
-    assert "| clamp | normal | icg | 99.0 | 100.0 | 0.10 | 0.0 | 1.2 |" in text
-    assert "| mean | overall | icg | 99.0 |" in text
+    assert "| normal | icg | 99.0 | 100.0 | 0.10 | 0.0 | " in text
+    assert "| overall | icg | 99.0 |" in text
     assert "bench, seed 3" in text
     assert "Frames: 8" in text
     content = json.loads((out / "benchmark.json").read_text())
     assert [row["condition"] for row in content["rows"]] == ["normal", "blur"]
     assert content["provenance"]["command"].split()[0] == "snapfit"
     assert cv2.imread(str(out / "clamp.png")) is not None
+    assert cv2.imread(str(out / "reliability.png")) is not None
+    assert "| clamp | blur | icg | box | 99.0 |" in (out / "parts.md").read_text()
     assert "99.0" in result.output
     for condition in ("normal", "blur"):
         film = cv2.VideoCapture(str(out / "films" / f"clamp-{condition}.mp4"))
@@ -127,7 +129,7 @@ def test_quick_takes_the_first_frames_and_makes_no_films(
     result = invoke(data, out, "--quick")
     assert result.exit_code == 0, result.output
     text = (out / "benchmark.md").read_text()
-    assert "Frames: 4, the first 2 of each sequence: a quick look, no result" in text
+    assert "Frames: 4 in 2 sequences, the first 2 of each: a quick look, no result" in text
     assert not (out / "films").exists()
 
 
@@ -139,7 +141,8 @@ def test_without_matplotlib_all_but_the_plots_is_made(
     result = invoke(data, out, "--no-films")
     assert result.exit_code == 0, result.output
     assert "pip install 'snapfit[benchmark]'" in result.output
-    assert sorted(path.name for path in out.iterdir()) == ["benchmark.json", "benchmark.md", "runs"]
+    names = sorted(path.name for path in out.iterdir())
+    assert names == ["benchmark.json", "benchmark.md", "parts.md", "runs"]
 
 
 @pytest.mark.parametrize(
@@ -162,36 +165,135 @@ def test_a_wrong_option_is_one_line_before_anything_is_run(
     assert not (tmp_path / "out").exists()
 
 
-def test_an_incomplete_sequence_is_one_line(data: Path, made: list[str], tmp_path: Path) -> None:
+def test_an_incomplete_sequence_is_left_out_and_the_others_go_on(
+    data: Path, made: list[str], tmp_path: Path
+) -> None:
     (data / "clamp" / "test" / "blur" / "depth" / "002.png").unlink()
+    problem = "blur/depth/002.png: no such file: frame 002 is incomplete"
     result = invoke(data, tmp_path / "out")
     assert result.exit_code == 2
-    assert result.stderr.startswith("error: ")
-    assert "blur/depth/002.png: no such file: frame 002 is incomplete" in result.stderr
+    assert result.stderr.startswith("error: 1 runs are missing: clamp-blur: ")
+    assert problem in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert "left out: clamp-blur" in result.stdout
+    assert made == ["icg"]
+    text = (tmp_path / "out" / "benchmark.md").read_text()
+    assert "| normal | icg | 99.0 |" in text
+    assert "**1 runs are missing here" in text
+    assert problem in text
+
+
+def test_an_unreadable_picture_is_told_at_the_end(
+    data: Path, made: list[str], tmp_path: Path
+) -> None:
+    (data / "clamp" / "test" / "normal" / "color" / "001.jpg").write_bytes(b"\xff\xd8 no more")
+    result = invoke(data, tmp_path / "out", "--no-films")
+    assert result.exit_code == 2
+    assert "normal/color/001.jpg: is truncated" in result.stderr
+    assert "a benchmark needs every frame" in result.stderr
+    text = (tmp_path / "out" / "benchmark.md").read_text()
+    assert "| blur | icg | 99.0 |" in text
+    assert "frame 001" in text
+
+
+def test_with_no_sequence_left_nothing_is_written(
+    data: Path, made: list[str], tmp_path: Path
+) -> None:
+    for condition in ("normal", "blur"):
+        (data / "clamp" / "test" / condition / "gt.jsonl").unlink()
+    result = invoke(data, tmp_path / "out")
+    assert result.exit_code == 2
+    assert "nothing could be run: " in result.stderr
+    assert "4 frames, but ground truth of 0" in result.stderr
     assert made == []
+    assert not list((tmp_path / "out").glob("benchmark.*"))
 
 
-def test_a_folder_that_cannot_be_written_is_one_line(
+def test_an_unknown_asset_is_told_with_those_there_are(
+    data: Path, made: list[str], tmp_path: Path
+) -> None:
+    path = data / "clamp" / "test" / "blur" / "sequence.json"
+    content = json.loads(path.read_text())
+    del content["bodies"]
+    path.write_text(json.dumps(content | {"asset": "time-machine"}))
+    result = invoke(data, tmp_path / "out", "--no-films")
+    assert result.exit_code == 2
+    assert "blur/sequence.json: " in result.stderr
+    assert "no bundled asset; bundled: geared-caliper, " in result.stderr
+    assert "(this names 'time-machine')" in result.stderr
+    assert made == ["icg"]
+
+
+def test_a_folder_that_cannot_be_written_is_one_line_before_anything_is_run(
     data: Path, made: list[str], tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_text("")
     result = invoke(data, tmp_path / "file" / "out")
     assert result.exit_code == 2
-    assert "cannot be made" in result.stderr
+    assert "file/out: results cannot be written there: Not a directory" in result.stderr
+    assert "choose another --out" in result.stderr
     assert made == []
 
 
-def test_quick_with_the_real_tracker_on_the_simulated_bench(tmp_path: Path) -> None:
-    sequence = demo_sequence(find_asset("hobby-corner-clamp"))
-    result = invoke(sequence, tmp_path, "--quick")
+def test_without_data_only_a_quick_benchmark_can_be_run(made: list[str], tmp_path: Path) -> None:
+    result = runner.invoke(app, ["--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "--data is missing" in result.stderr
+    assert made == []
+
+
+def test_runs_of_other_code_are_taken_up_if_that_is_wanted(
+    data: Path, made: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    invoke(data, out, "--no-films")
+    monkeypatch.setattr(benchmark_module, "code_version", lambda _: "another version")
+    result = invoke(data, out, "--no-films", "--any-commit")
     assert result.exit_code == 0, result.output
-    (row,) = json.loads((tmp_path / "benchmark.json").read_text())["rows"]
-    assert (row["asset"], row["condition"]) == ("hobby-corner-clamp", "recorded")
-    assert row["n_frames"] == 100
-    assert set(row["parts"]) == {"base", "jaw", "bolt"}
-    assert row["score"]["add_recall"] > 99
-    assert row["score"]["lost"] == 0
-    assert 0 < row["score"]["time_ms"] < 1000
+    assert "finished before: clamp-blur: icg" in result.output
+    assert made == ["icg", "icg"]
+    invoke(data, out, "--no-films")
+    assert made == ["icg"] * 4
+
+
+def test_the_report_is_put_into_a_page_that_has_words_of_its_own(
+    data: Path, made: list[str], tmp_path: Path
+) -> None:
+    page = tmp_path / "page.md"
+    options = ("--no-films", "--report", str(page))
+    invoke(data, tmp_path / "out", *options)
+    assert page.read_text() == (tmp_path / "out" / "benchmark.md").read_text()
+    page.write_text(
+        "# Ours\n\nBefore.\n\n<!-- benchmark -->\nOutdated.\n<!-- /benchmark -->\n\nAfter.\n"
+    )
+    result = invoke(data, tmp_path / "out", *options)
+    assert result.exit_code == 0, result.output
+    text = page.read_text()
+    assert text.startswith("# Ours\n\nBefore.\n\n<!-- benchmark -->\n\n- Command: `snapfit ")
+    assert text.endswith("by status, %.\n\n<!-- /benchmark -->\n\nAfter.\n")
+    assert "Outdated" not in text
+    invoke(data, tmp_path / "out", *options)
+    assert page.read_text() == text
+    missing = invoke(
+        data, tmp_path / "out", "--no-films", "--report", str(tmp_path / "no" / "p.md")
+    )
+    assert missing.exit_code == 2
+    assert "p.md: cannot be written" in missing.stderr
+
+
+def test_quick_renders_its_own_dataset_for_the_real_tracker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(quick, "QUICK_FRAMES", 20)
+    result = runner.invoke(app, ["--out", str(tmp_path), "--quick"])
+    assert result.exit_code == 0, result.output
+    normal, hand = json.loads((tmp_path / "benchmark.json").read_text())["rows"]
+    assert (normal["asset"], normal["condition"]) == ("hobby-corner-clamp", "normal")
+    assert (hand["condition"], hand["n_frames"]) == ("hand", 20)
+    assert set(normal["parts"]) == {"base", "jaw", "bolt"}
+    assert normal["score"]["add_recall"] > 95
+    assert normal["score"]["lost"] == 0
+    assert 0 < normal["score"]["time_ms"] < 1000
 
 
 def test_asking_for_help_loads_no_tracker() -> None:

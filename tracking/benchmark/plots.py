@@ -1,4 +1,4 @@
-"""Errors over time: one picture an asset."""
+"""Errors over time: one picture an asset; with many methods, one an asset and method."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from snapfit.tracking.errors import SourceError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_MOST_COLUMNS = 3
 _LEAST_MM, _MOST_MM = 0.1, 1000.0
 _LOST_AT_MM = 700.0
 
@@ -27,6 +28,25 @@ def can_plot() -> bool:
     except ImportError:
         return False
     return True
+
+
+def plot_assets(runs: Sequence[Run], folder: Path) -> None:
+    """Draws all pictures: `ASSET.png`, or `ASSET-METHOD.png` where methods are more than three.
+
+    Args:
+        runs: of all assets, conditions and methods.
+        folder: which is there.
+
+    Raises:
+        SourceError: one cannot be written.
+    """
+    are_many = len({run.method for run in runs}) > _MOST_COLUMNS
+    pictures: dict[str, list[Run]] = {}
+    for run in runs:
+        name = f"{run.asset}-{run.method}" if are_many else run.asset
+        pictures.setdefault(name, []).append(run)
+    for name, own in pictures.items():
+        plot_errors(own, folder / f"{name}.png")
 
 
 def plot_errors(runs: Sequence[Run], path: Path) -> None:

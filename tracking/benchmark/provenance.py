@@ -1,8 +1,7 @@
-"""Where figures come from: versions of code and data, command, commit, processor."""
+"""Where figures come from: command, commit, processor."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import shlex
@@ -13,11 +12,9 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from snapfit.models.recording import Recording
+import numba
 
 _HOUSE = Path(__file__).resolve().parents[2]
-_CODE = ("models/*.py", "tracking/*.py", "tracking/kernels/*.py", "tracking/sources/*.py")
-_OURS = ("judge.py", "run.py", "sequences.py")
 
 
 @dataclass(frozen=True)
@@ -67,34 +64,9 @@ def load_average() -> float | None:
     return round(ask()[0], 2) if ask else None
 
 
-def code_version() -> str:
-    """A digest of all code that an estimate or its errors depend on."""
-    ours = Path(__file__).parent
-    paths = [path for pattern in _CODE for path in _HOUSE.glob(pattern)]
-    paths += [ours / name for name in _OURS]
-    sha = hashlib.sha256()
-    for path in sorted(paths):
-        sha.update(path.name.encode() + path.read_bytes())
-    return sha.hexdigest()[:16]
-
-
-def data_version(recording: Recording) -> str:
-    """A digest of a sequence: cameras, truth, parts, and its images' names and sizes.
-
-    It does not depend on where the sequence lies.
-    """
-    sha = hashlib.sha256(f"{recording.camera}{recording.frame_rate_hz}".encode())
-    for part in recording.parts:
-        sha.update(f"{part.name}{part.mesh.digest}".encode())
-        sha.update(f"{part.symmetry.kind}{len(part.symmetry.motions)}".encode())
-    for frame in recording.frames:
-        truth = recording.truth[frame.name]
-        sha.update(f"{frame.name}{truth.state}{frame.color.stat().st_size}".encode())
-        if frame.depth is not None:
-            sha.update(str(frame.depth.stat().st_size).encode())
-        for part in recording.parts:
-            sha.update(truth.camera_from_body[part.name].matrix.tobytes())
-    return sha.hexdigest()[:16]
+def n_threads() -> int:
+    """Threads that compiled loops are spread over in this process."""
+    return int(numba.get_num_threads())
 
 
 def _ask(git: str, *arguments: str) -> str:

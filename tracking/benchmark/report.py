@@ -1,62 +1,41 @@
-"""The benchmark's figures as Markdown and JSON."""
+"""The benchmark's figures as Markdown."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
-from snapfit.models.gbot_dataset import PAPER_CONDITIONS
-from snapfit.tracking.benchmark.benchmark import Outcome
-from snapfit.tracking.benchmark.scores import Score, mean_score, part_scores, run_score
-from snapfit.tracking.metrics import MOST_VERTICES
+from snapfit.tracking.benchmark.benchmark import Failure, Outcome
+from snapfit.tracking.benchmark.calibration import Calibration
+from snapfit.tracking.benchmark.groups import by_method, calibrations, methods_of
+from snapfit.tracking.benchmark.losses import losses
+from snapfit.tracking.benchmark.reading import READING
+from snapfit.tracking.benchmark.roster import ablations
+from snapfit.tracking.benchmark.run import Run
+from snapfit.tracking.benchmark.scores import part_scores
+from snapfit.tracking.benchmark.states import changes
+from snapfit.tracking.benchmark.tables import (
+    ABLATION_COLUMNS,
+    OVERALL,
+    PAPER_COLUMNS,
+    STATE_COLUMNS,
+    STRICT_COLUMNS,
+    TOLD,
+    Column,
+    Row,
+    by_condition,
+    method_title,
+    number,
+    overall,
+    plain_table,
+    rows_of,
+    table,
+)
 
 _BUSY = 0.5
 """Load beyond the number of cores from which on times are marked."""
 
-Column = tuple[str, Callable[[Score], str]]
-
-MEANING = f"""\
-Every row starts from the true poses of its first frame, which counts as any other. A frame \
-without an estimate is a failure: beyond every threshold, 10 cm in e_trans, 180 degrees in e_rot, \
-infinite in medians. ADD is taken of parts without symmetry, ADD-S of symmetric ones, over the \
-mesh's vertices (of more than {MOST_VERTICES} a fixed sample of {MOST_VERTICES}, seed 0); MSSD and \
-MSPD over all vertices. A row is the mean over all parts and frames; the means are over rows.
-
-- **ADD(-S)**: the GBOT paper's score at 10 cm, mean of max(1 - e / 10 cm, 0), %; **< 10 cm**: \
-frames under 10 cm, %; **e_trans**: cm; **e_rot**: degrees, parts without symmetry; **ms**: \
-tracking of a frame with all its parts, mean, reading of images left out.
-- **< 0.1 d**: frames whose ADD(-S) is under 10 % of the part's diameter, %; **AUC 2 cm**: area \
-under the curve of ADD(-S) up to 2 cm, %; **AR MSSD**, **AR MSPD**: BOP's average recalls, %; \
-**MSSD**, **MSPD**: medians, mm and px; **lost**: frames without an estimate, %; **state**: frames \
-with the true assembly state, %; **switch**: mean delay of a noticed switch of state, frames, \
-negative is early; **missed**: switches not noticed before the next one, %."""
-
-
-def _column(title: str, name: str, digits: int = 1) -> Column:
-    return title, lambda score: _number(getattr(score, name), digits)
-
-
-PAPER_COLUMNS = (
-    _column("ADD(-S)", "add_score"),
-    _column("< 10 cm", "under_10_cm"),
-    _column("e_trans", "translation_cm", 2),
-    _column("e_rot", "rotation_deg"),
-    _column("ms", "time_ms"),
-)
-STRICT_COLUMNS = (
-    _column("< 0.1 d", "add_recall"),
-    _column("AUC 2 cm", "add_auc"),
-    _column("AR MSSD", "mssd_recall"),
-    _column("AR MSPD", "mspd_recall"),
-    _column("MSSD", "mssd_mm", 2),
-    _column("MSPD", "mspd_px", 2),
-    _column("lost", "lost"),
-    _column("state", "state_accuracy"),
-    _column("switch", "switch_delay"),
-    _column("missed", "switches_missed"),
-)
+_ABLATION_CONDITIONS = (OVERALL, "hand", "all")
 
 
 @dataclass(frozen=True)
@@ -74,141 +53,177 @@ class Provenance:
     note: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class Row:
-    """A line of the tables.
-
-    Attributes:
-        asset, condition, method: what it is of.
-        score: its figures.
-    """
-
-    asset: str
-    condition: str
-    method: str
-    score: Score
-
-
-def rows_of(outcomes: Sequence[Outcome]) -> list[Row]:
-    """A row for each outcome, in their order."""
-    return [
-        Row(each.run.asset, each.run.condition, each.run.method, run_score(each.run))
-        for each in outcomes
-    ]
-
-
-def overall(rows: Sequence[Row]) -> list[Row]:
-    """Means by method: over the paper's four conditions; `all` and others each apart."""
-    means = []
-    for method in dict.fromkeys(row.method for row in rows):
-        own = [row for row in rows if row.method == method]
-        groups = {"overall": [row for row in own if row.condition in PAPER_CONDITIONS]}
-        for row in own:
-            if row.condition not in PAPER_CONDITIONS:
-                groups.setdefault(row.condition, []).append(row)
-        for name, group in groups.items():
-            if group:
-                means.append(Row("mean", name, method, mean_score([row.score for row in group])))
-    return means
-
-
-def markdown(outcomes: Sequence[Outcome], provenance: Provenance) -> str:
-    """The whole report."""
+def markdown(
+    outcomes: Sequence[Outcome], provenance: Provenance, failures: Sequence[Failure] = ()
+) -> str:
+    """The whole report, with a heading of the second level for each section."""
     rows = rows_of(outcomes)
-    means = overall(rows) if len(rows) > 1 else []
     blocks = [
         "# Benchmark",
         "\n".join(f"- {line}" for line in _facts(outcomes, provenance)),
-        "## As in the paper",
-        _table([*rows, *means], PAPER_COLUMNS),
-        "## Strict",
-        _table([*rows, *means], STRICT_COLUMNS),
-        "## By part",
-        _part_table(outcomes),
-        "## What the figures mean",
-        MEANING,
+        *_failures(failures),
+        "## Data",
+        _data_table(outcomes),
+        "## Overall",
+        *_score_tables(overall(rows)),
+        "## By condition",
+        *_score_tables(by_condition(rows)),
+    ]
+    for asset in dict.fromkeys(row.asset for row in rows):
+        own = [row for row in rows if row.asset == asset]
+        blocks += [f"## {asset}", *_score_tables(own)]
+    blocks += [
+        *_ablations(outcomes, rows),
+        "## Lost parts",
+        _loss_table(outcomes),
+        "## Confidence and covariance",
+        _calibration_table(outcomes),
+        "## How to read it",
+        READING,
     ]
     return "\n\n".join(blocks) + "\n"
 
 
-def as_json(outcomes: Sequence[Outcome], provenance: Provenance) -> dict[str, Any]:
-    """The same for programs; None where there is no answer or it is infinite."""
-    rows = rows_of(outcomes)
-    return {
-        "provenance": asdict(provenance),
-        "rows": [
-            {
-                **_row_record(row),
-                "n_frames": len(each.run.frames),
-                "parts": {name: _record(score) for name, score in part_scores(each.run).items()},
-                "circumstances": asdict(each.circumstances),
-                "run": each.path.name,
-            }
-            for row, each in zip(rows, outcomes, strict=True)
-        ],
-        "means": [_row_record(row) for row in overall(rows)],
-    }
+def parts_markdown(outcomes: Sequence[Outcome]) -> str:
+    """The scores of every part, asset, condition and method in one long table."""
+    columns = [*PAPER_COLUMNS[:-1], *STRICT_COLUMNS[:-1]]
+    cells = []
+    for each in outcomes:
+        run = each.run
+        for name, score in part_scores(run).items():
+            title = _part_title(run, name)
+            figures = [show(score) for _, show in columns]
+            cells.append([run.asset, run.condition, method_title(run), title, *figures])
+    titles = ["asset", "condition", "method", "part", *(title for title, _ in columns)]
+    return f"# Benchmark by part\n\n{plain_table(titles, cells, 4)}\n"
 
 
 def _facts(outcomes: Sequence[Outcome], provenance: Provenance) -> Iterator[str]:
     yield f"Command: `{provenance.command}`"
-    commits = dict.fromkeys(each.circumstances.commit for each in outcomes)
-    yield f"Commit: {', '.join(commits)} (+: with changes)"
+    commits: dict[str, dict[str, None]] = {}
+    for each in outcomes:
+        commits.setdefault(each.circumstances.commit, {})[each.method] = None
+    by = "; ".join(f"{commit} ({', '.join(methods)})" for commit, methods in commits.items())
+    yield f"Commit: {by} (+: with changes)"
     for machine in dict.fromkeys(each.circumstances.machine for each in outcomes):
         yield f"Machine: {machine.cpu}, {machine.n_cores} cores; {machine.system}"
     yield f"Data: {provenance.note or 'says nothing of its seed'}"
-    n_frames = sum(len(each.run.frames) for each in outcomes)
+    n_frames = sum({each.folder: len(each.run.frames) for each in outcomes}.values())
+    n_sequences = len({each.folder for each in outcomes})
     limit = provenance.most_frames
-    some = f", the first {limit} of each sequence: a quick look, no result" if limit else ""
-    yield f"Frames: {n_frames}{some}"
-    n_jobs = max((each.circumstances.n_jobs for each in outcomes), default=1)
+    some = f", the first {limit} of each: a quick look, no result" if limit else ""
+    yield f"Frames: {n_frames} in {n_sequences} sequences{some}"
+    yield from _time_facts(outcomes)
+
+
+def _time_facts(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    circumstances = [each.circumstances for each in outcomes]
+    n_jobs = max(each.n_jobs for each in circumstances)
+    n_threads = max(each.n_threads for each in circumstances)
+    threads = f"{n_threads} {'thread' if n_threads == 1 else 'threads'}"
     if n_jobs > 1:
-        yield f"**Times are not to be trusted: {n_jobs} sequences ran side by side**"
+        beside = f"{n_jobs} sequences ran side by side, on {threads} each"
+        yield f"**Times are not to be trusted: {beside}**; `make bench` measures speed"
     else:
-        yield "Times: one sequence at a time"
-    busy = max((each.circumstances.load or 0.0) - _n_cores(each) for each in outcomes)
+        yield f"Times: one sequence at a time, on {threads}"
+    busy = max((each.load or 0.0) - each.machine.n_cores for each in circumstances)
     if busy > _BUSY:
         yield f"**Times are too long: {busy:.1f} more processes than cores wanted to run**"
 
 
-def _n_cores(outcome: Outcome) -> int:
-    return outcome.circumstances.machine.n_cores
+def _failures(failures: Sequence[Failure]) -> Iterator[str]:
+    """What is missing, and hence missing in all means."""
+    if failures:
+        yield f"**{len(failures)} runs are missing here, and in the means:**"
+        # A sequence that nobody could run is told once.
+        problems: dict[tuple[str, str], list[str]] = {}
+        for each in failures:
+            problems.setdefault((each.folder.name, each.problem), []).append(each.method)
+        yield "\n".join(
+            f"- {name}, {', '.join(methods)}: {problem}"
+            for (name, problem), methods in problems.items()
+        )
 
 
-def _table(rows: Sequence[Row], columns: Sequence[Column]) -> str:
-    titles = ["asset", "condition", "method", *(title for title, _ in columns)]
-    lines = [titles, ["---"] * 3 + ["---:"] * len(columns)]
-    for row in rows:
-        names = [row.asset, row.condition, row.method]
-        lines.append([*names, *(show(row.score) for _, show in columns)])
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+def _data_table(outcomes: Sequence[Outcome]) -> str:
+    cells = []
+    sequences = {each.folder: each.run for each in outcomes}
+    for asset in dict.fromkeys(folder.asset for folder in sequences):
+        runs = [run for folder, run in sequences.items() if folder.asset == asset]
+        run = runs[0]
+        names = ", ".join(_part_title(run, name) for name in run.parts)
+        conditions = ", ".join(each.condition for each in runs)
+        lengths = dict.fromkeys(str(len(each.frames)) for each in runs)
+        n_switches = len(changes(run.true_states.tolist()))
+        cells.append([asset, names, conditions, " or ".join(lengths), str(n_switches)])
+    return plain_table(["asset", "parts", "conditions", "frames each", "switches"], cells, 3)
 
 
-def _part_table(outcomes: Sequence[Outcome]) -> str:
-    columns = [*PAPER_COLUMNS[:-1], *STRICT_COLUMNS[:-3]]
-    titles = ["asset", "condition", "method", "part", *(title for title, _ in columns)]
-    lines = [titles, ["---"] * 4 + ["---:"] * len(columns)]
+def _part_title(run: Run, name: str) -> str:
+    return f"{name} (s)" if run.symmetric[run.parts.index(name)] else name
+
+
+def _score_tables(rows: Sequence[Row]) -> Iterator[str]:
+    """The paper's figures and the strict ones, and states where somebody reports some."""
+    groups: list[tuple[str, Sequence[Column]]] = [
+        ("As in the paper", PAPER_COLUMNS),
+        ("Strict", STRICT_COLUMNS),
+    ]
+    for title, columns in groups:
+        yield f"{title}:"
+        yield table(rows, columns)
+    dashes = {"-"}
+    judged = [row for row in rows if {show(row.score) for _, show in STATE_COLUMNS} != dashes]
+    if judged:
+        yield "Assembly state:"
+        yield table(judged, STATE_COLUMNS)
+
+
+def _ablations(outcomes: Sequence[Outcome], rows: Sequence[Row]) -> Iterator[str]:
+    means = [*overall(rows), *by_condition(rows)]
+    for whole, methods in ablations(methods_of(outcomes)).items():
+        yield f"## What is left out of {whole}"
+        chosen: dict[tuple[str, str], Row] = {}
+        for condition in _ABLATION_CONDITIONS:
+            for method in methods:
+                for row in means:
+                    if (row.condition, row.method.removesuffix(TOLD)) == (condition, method):
+                        chosen.setdefault((condition, method), row)
+        yield table(list(chosen.values()), ABLATION_COLUMNS)
+
+
+def _loss_table(outcomes: Sequence[Outcome]) -> str:
+    cells = []
     for each in outcomes:
-        run = each.run
-        for name, is_symmetric, score in zip(
-            run.parts, run.symmetric, part_scores(run).values(), strict=True
-        ):
-            title = f"{name} (s)" if is_symmetric else name
-            cells = [show(score) for _, show in columns]
-            lines.append([run.asset, run.condition, run.method, title, *cells])
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+        found = losses(each.run)
+        if found:
+            run, n = each.run, len({loss.part for loss in found})
+            texts = ", ".join(loss.text for loss in found)
+            cells.append([run.asset, run.condition, method_title(run), texts, str(n)])
+    if not cells:
+        return "No method lost a part."
+    return plain_table(
+        ["asset", "condition", "method", "lost from frame to frame", "parts"], cells, 4
+    )
 
 
-def _row_record(row: Row) -> dict[str, Any]:
-    names = {"asset": row.asset, "condition": row.condition, "method": row.method}
-    return names | {"score": _record(row.score)}
+def _calibration_table(outcomes: Sequence[Outcome]) -> str:
+    names = ["condition", "method", "ECE", "NEES", "rotation", "translation", "right", "median"]
+    cells = []
+    statuses: list[str] = []
+    for (condition, method), each in calibrations(outcomes).items():
+        statuses = list(each.statuses)
+        title = method_title(by_method(outcomes)[method][0])
+        cells.append([condition, title, *_calibration_cells(each)])
+    return plain_table([*names, "95 %", *statuses], cells, 2)
 
 
-def _record(score: Score) -> dict[str, float | None]:
-    return {name: value if math.isfinite(value) else None for name, value in asdict(score).items()}
-
-
-def _number(value: float, digits: int) -> str:
-    if math.isnan(value):
-        return "-"
-    return "∞" if math.isinf(value) else f"{value:.{digits}f}"
+def _calibration_cells(each: Calibration) -> list[str]:
+    nees = each.consistency
+    means = (nees.mean, nees.rotation, nees.translation, nees.mean_of_right, nees.median)
+    return [
+        number(100 * each.reliability.calibration_error, 1),
+        *(number(mean, 2) for mean in means),
+        number(100 * nees.covered, 1),
+        *(number(100 * share, 1) for share in each.statuses.values()),
+    ]

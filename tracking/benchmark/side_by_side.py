@@ -1,7 +1,11 @@
-"""Pictures of all methods side by side: the camera's image, then one overlay a method."""
+"""Pictures of all methods side by side: the camera's image, then one overlay a method.
+
+Up to three methods stand in one line with it, more of them in a grid.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -18,6 +22,7 @@ from snapfit.tracking.sources.images import read_frame
 Image = npt.NDArray[np.uint8]
 
 _PANEL_WIDTH_PX = 640
+_COLUMNS = 4
 
 
 def panel_camera(camera: PinholeCamera) -> PinholeCamera:
@@ -26,6 +31,17 @@ def panel_camera(camera: PinholeCamera) -> PinholeCamera:
     scaled = camera.scaled(factor)
     width, height = (2 * max(length // 2, 1) for length in (scaled.width, scaled.height))
     return replace(scaled, width=width, height=height)
+
+
+def picture_size_px(camera: PinholeCamera, n_methods: int) -> tuple[int, int]:
+    """Width and height of a whole picture.
+
+    Args:
+        camera: from `panel_camera`.
+        n_methods: how many methods are drawn beside the image.
+    """
+    n_columns = min(1 + n_methods, _COLUMNS)
+    return camera.width * n_columns, camera.height * math.ceil((1 + n_methods) / n_columns)
 
 
 def pictures(recording: Recording, runs: Sequence[Run]) -> Iterator[Image]:
@@ -47,7 +63,18 @@ def pictures(recording: Recording, runs: Sequence[Run]) -> Iterator[Image]:
         for run in runs:
             overlay = draw_overlay(image, camera, recording.parts, run.estimates(f))
             panels.append(_labelled(overlay, f"{run.method}  {run.states[f]}"))
-        yield np.hstack(panels)
+        yield _grid(panels, picture_size_px(camera, len(runs)))
+
+
+def _grid(panels: Sequence[Image], size_px: tuple[int, int]) -> Image:
+    """The panels, line by line; what is left over is black."""
+    height, width = panels[0].shape[:2]
+    n_columns = size_px[0] // width
+    whole = np.zeros((size_px[1], size_px[0], 3), dtype=np.uint8)
+    for i, panel in enumerate(panels):
+        y, x = height * (i // n_columns), width * (i % n_columns)
+        whole[y : y + height, x : x + width] = panel
+    return whole
 
 
 def _labelled(image: Image, text: str) -> Image:

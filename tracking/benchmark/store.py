@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
+import glob
 import json
 import zipfile
 from dataclasses import asdict, dataclass, fields
@@ -17,7 +17,9 @@ from snapfit.tracking.benchmark.sequences import SequenceFolder
 from snapfit.tracking.errors import SourceError
 
 _FACTS = "facts"
-_PLAIN = ("asset", "condition", "method", "parts", "image_width", "frame_rate_hz")
+_NAMES = ("asset", "condition", "method", "parts")
+_PLAIN = (*_NAMES, "image_width", "frame_rate_hz", "is_told_state")
+_DIGITS = 8
 
 
 @dataclass(frozen=True)
@@ -29,12 +31,16 @@ class Circumstances:
         n_jobs: how many sequences ran side by side: over one, times are not to be trusted.
         commit: of the code.
         load: the machine's load average over the last minute of the run; None where unknown.
+        n_threads: threads of compiled loops in each of these processes.
+        n_methods: methods that tracked in turns, frame by frame, in the same process.
     """
 
     machine: Machine
     n_jobs: int
     commit: str
     load: float | None = None
+    n_threads: int = 1
+    n_methods: int = 1
 
 
 class RunStore:
@@ -61,8 +67,13 @@ class RunStore:
             data: from `data_version`.
             code: from `code_version`.
         """
-        key = hashlib.sha256(f"{data}{code}".encode()).hexdigest()[:12]
-        return self._directory / f"{folder.name}-{method}-{key}.npz"
+        return self._directory / f"{_stem(folder, method, data)}-{code[:_DIGITS]}.npz"
+
+    def paths(self, folder: SequenceFolder, method: str, data: str) -> list[Path]:
+        """Runs of a method on a sequence by whatever code, the newest first."""
+        pattern = f"{glob.escape(_stem(folder, method, data))}-{'?' * _DIGITS}.npz"
+        found = self._directory.glob(pattern)
+        return sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
 
     def save(self, path: Path, run: Run, circumstances: Circumstances) -> None:
         """Keeps a run.
@@ -96,3 +107,7 @@ class RunStore:
             return Run(**plain, **arrays), Circumstances(machine, **facts)
         except (OSError, KeyError, TypeError, ValueError, zipfile.BadZipFile, EOFError):
             return None
+
+
+def _stem(folder: SequenceFolder, method: str, data: str) -> str:
+    return f"{folder.name}-{method}-{data[:_DIGITS]}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,13 @@ from snapfit.models.pose import Pose
 from snapfit.models.recording import GroundTruth
 from snapfit.models.sequence import BodyRecord
 from snapfit.models.sequence_writer import SequenceWriter
-from snapfit.tracking.benchmark import run as run_module
+from snapfit.tracking.benchmark import contest, roster
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 
 SMALL = PinholeCamera(64, 48, 60.0, 60.0, 31.5, 23.5)
 N_FRAMES = 6
+COVARIANCE = np.diag([0.01, 0.01, 0.01, 0.001, 0.001, 0.001]) ** 2
 
 Script = Callable[[int, str, Pose], Pose | None]
 
@@ -67,7 +69,10 @@ def dataset(tmp_path: Path) -> Path:
 class ScriptedTracker:
     """Answers what a script says of the true pose; reports the state a frame late."""
 
-    def __init__(self, script: Script, parts: Sequence[Part]) -> None:
+    def __init__(self, script: Script, parts: Sequence[Part], method: str) -> None:
+        self.method = method
+        self.told: list[str] = []
+        self.tracked: list[str] = []
         self._script = script
         self._names = [part.name for part in parts]
         self.started: Mapping[str, Pose] = {}
@@ -75,15 +80,41 @@ class ScriptedTracker:
     def start(self, _frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
         self.started = camera_from_body
 
+    def set_state(self, name: str) -> None:
+        self.told.append(name)
+
     def track(self, frame: Frame) -> TrackingResult:
+        self.tracked.append(frame.name)
         number = int(frame.name)
         estimates = []
         for name in self._names:
             pose = self._script(number, name, true_pose(number, name))
             status = Status.TRACKED if pose else Status.LOST
-            estimates.append(PartEstimate(name, status, 0.9, pose))
+            estimates.append(PartEstimate(name, status, 0.9, pose, COVARIANCE))
         state = "apart" if number < 4 else "joined"
         return TrackingResult(frame.name, frame.captured_at_ns, tuple(estimates), 1.5, state)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A method in the table of methods."""
+
+    parameters: int = 0
+    needs_true_state: bool = False
+    ablation_of: str = ""
+
+
+@pytest.fixture
+def methods(monkeypatch: pytest.MonkeyPatch) -> dict[str, Entry]:
+    """The table of methods for the benchmark: two, one told the states, one an ablation."""
+    table = {
+        "icg": Entry(),
+        "graph": Entry(1),
+        "told": Entry(2, needs_true_state=True),
+        "graph-rigid": Entry(3, ablation_of="graph"),
+    }
+    monkeypatch.setattr(roster, "METHODS", table)
+    return table
 
 
 @pytest.fixture
@@ -93,11 +124,11 @@ def scripted(monkeypatch: pytest.MonkeyPatch) -> Callable[[Script], list[Scripte
     def use(script: Script) -> list[ScriptedTracker]:
         made: list[ScriptedTracker] = []
 
-        def create(method: str, parts: Sequence[Part], *_: Any) -> ScriptedTracker:
-            made.append(ScriptedTracker(script, parts))
+        def create(method: str, parts: Sequence[Part], *_: Any, **__: Any) -> ScriptedTracker:
+            made.append(ScriptedTracker(script, parts, method))
             return made[-1]
 
-        monkeypatch.setattr(run_module, "create_tracker", create)
+        monkeypatch.setattr(contest, "create_tracker", create)
         return made
 
     return use

@@ -38,3 +38,43 @@ def test_who_says_nothing_has_no_figures() -> None:
     for score in (judge_states(TRUE, [""] * 12), judge_states([""] * 12, TRUE)):
         assert score is NO_STATES
         assert math.isnan(score.accuracy)
+
+
+LONG = ["a"] * 40 + ["b"] * 40
+"""One switch, in frame 40."""
+
+
+@pytest.mark.parametrize(
+    ("reported", "found", "settled"),
+    [
+        (["a"] * 50 + ["b"] * 30, 1, 1.0),
+        (["a"] * 30 + ["b"] * 50, 1, 1.0),
+        # Frames 30 to 50 are near; 51 is the first that counts, of 30 before and 29 after.
+        (["a"] * 52 + ["b"] * 28, 0, 58 / 59),
+        (["a"] * 29 + ["b"] * 51, 0, 58 / 59),
+        (["a"] * 80, 0, 30 / 59),
+    ],
+)
+def test_a_switch_is_found_within_ten_frames_and_these_are_not_settled(
+    reported: list[str], found: int, settled: float
+) -> None:
+    score = judge_states(LONG, reported)
+    assert (score.n_switches, score.n_found) == (1, found)
+    assert score.settled_accuracy == pytest.approx(settled)
+
+
+def test_flicker_is_counted() -> None:
+    reported = ["a"] * 40 + ["b", "a", "b", "a"] + ["b"] * 36
+    score = judge_states(LONG, reported)
+    assert (score.n_found, score.n_reported, score.settled_accuracy) == (1, 5, 1.0)
+    assert score.accuracy == 78 / 80
+
+
+def test_without_a_switch_every_frame_is_settled() -> None:
+    score = judge_states(["a"] * 4, ["a", "a", "b", "b"])
+    assert (score.settled_accuracy, score.n_switches, score.n_reported) == (0.5, 0, 1)
+    assert math.isnan(score.delay_frames)
+
+
+def test_near_a_switch_alone_there_is_nothing_settled() -> None:
+    assert math.isnan(judge_states(TRUE, TRUE).settled_accuracy)

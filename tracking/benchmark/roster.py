@@ -1,0 +1,46 @@
+"""What the benchmark has to know of a method beside its name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.methods import METHODS
+
+
+def check_methods(methods: Sequence[str]) -> None:
+    """Makes sure that there are such methods, before anything is read.
+
+    Raises:
+        TrackingError: none, or one that there is not.
+    """
+    known = ", ".join(METHODS)
+    if not methods:
+        raise TrackingError(f"no method to benchmark: name some of {known}")
+    for method in methods:
+        if method not in METHODS:
+            raise TrackingError(f"there is no method {method!r}; the methods are {known}")
+
+
+def entry(method: str) -> object:
+    """What the table of methods says of a method."""
+    return METHODS[method]
+
+
+def needs_true_state(method: str) -> bool:
+    """Whether a method is told the true assembly state of each frame: it tracks one structure."""
+    return bool(getattr(entry(method), "needs_true_state", False))
+
+
+def ablations(methods: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """By method that something is left out of: itself and those that leave something out.
+
+    Args:
+        methods: those that were run, in the order of the tables.
+    """
+    groups: dict[str, tuple[str, ...]] = {}
+    for method in methods:
+        whole = str(getattr(METHODS.get(method), "ablation_of", "") or "")
+        if whole in methods:
+            groups[whole] = (*groups.get(whole, (whole,)), method)
+    return groups
