@@ -26,7 +26,8 @@ class Sighting:
         n_pixels: of its whole outline, beyond the border too.
         n_seen: of the mask.
         n_measured: of the outline, where depth is measured.
-        box: x, y, width, height of the outline, px.
+        box: x, y, width, height of the outline, beyond the border too, px.
+        box_inside: the same of what of the outline is inside the picture.
         box_seen: the same of the mask; (-1, -1, -1, -1) if nothing is seen.
     """
 
@@ -36,6 +37,7 @@ class Sighting:
     n_seen: int
     n_measured: int
     box: Box
+    box_inside: Box
     box_seen: Box
 
     @property
@@ -60,9 +62,26 @@ def sighting(
         mask: (H, W) where it is seen.
         depth: (H, W) measured depth, 0 is none.
     """
-    n_pixels, n_measured, box = _outline(camera, mesh, camera_from_body, depth)
-    n_seen = int(np.count_nonzero(mask))
-    return Sighting(camera_from_body, mask, n_pixels, n_seen, n_measured, box, box_of(mask))
+    alone, left, top = _outline(camera, mesh, camera_from_body)
+    rows = slice(max(top, 0), max(min(top + alone.shape[0], camera.height), 0))
+    columns = slice(max(left, 0), max(min(left + alone.shape[1], camera.width), 0))
+    inside = alone[
+        max(rows.start - top, 0) : max(rows.stop - top, 0),
+        max(columns.start - left, 0) : max(columns.stop - left, 0),
+    ]
+    n_measured = 0
+    if inside.size:
+        n_measured = int(np.count_nonzero(inside & (depth[rows, columns] > 0)))
+    return Sighting(
+        camera_from_body,
+        mask,
+        int(np.count_nonzero(alone)),
+        int(np.count_nonzero(mask)),
+        n_measured,
+        _shifted(box_of(alone), left, top),
+        _shifted(box_of(inside), columns.start, rows.start),
+        box_of(mask),
+    )
 
 
 def box_of(mask: npt.NDArray[np.bool_]) -> Box:
@@ -76,23 +95,17 @@ def box_of(mask: npt.NDArray[np.bool_]) -> Box:
 
 
 def _outline(
-    camera: PinholeCamera, mesh: Mesh, pose: Pose, depth: npt.NDArray[np.uint16]
-) -> tuple[int, int, Box]:
-    """Pixels of a part alone, those of them with measured depth, and their box."""
+    camera: PinholeCamera, mesh: Mesh, pose: Pose
+) -> tuple[npt.NDArray[np.bool_], int, int]:
+    """A part alone, in a window of its own: (h, w) mask; column and row where it begins."""
     pixels = camera.project(pose.transform(mesh.vertices))
     left, top = (int(value) for value in np.floor(pixels.min(axis=0)))
     right, bottom = (int(value) + 1 for value in np.ceil(pixels.max(axis=0)))
     window = PinholeCamera(
         right - left, bottom - top, camera.fx, camera.fy, camera.cx - left, camera.cy - top
     )
-    alone = render(window, [(mesh, pose)]).part_id > 0
-    rows = slice(max(top, 0), min(bottom, camera.height))
-    columns = slice(max(left, 0), min(right, camera.width))
-    n_measured = 0
-    if rows.start < rows.stop and columns.start < columns.stop:
-        inside = alone[
-            rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
-        ]
-        n_measured = int(np.count_nonzero(inside & (depth[rows, columns] > 0)))
-    x, y, width, height = box_of(alone)
-    return int(np.count_nonzero(alone)), n_measured, (x + left, y + top, width, height)
+    return render(window, [(mesh, pose)]).part_id > 0, left, top
+
+
+def _shifted(box: Box, left: int, top: int) -> Box:
+    return box if box == NO_BOX else (box[0] + left, box[1] + top, box[2], box[3])

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
+from snapfit.server.cli.dataset_runs import render_test_split, render_train_split
 from snapfit.server.cli.errors import clear_errors
 
 dataset_app = typer.Typer(no_args_is_help=True, help="The simulated dataset.")
@@ -20,6 +20,7 @@ class Split(StrEnum):
     """Which part of the dataset."""
 
     TEST = "test"
+    TRAIN = "train"
 
 
 class ConditionName(StrEnum):
@@ -54,12 +55,14 @@ def _dataset() -> None:
 
 @dataset_app.command()
 def render(
-    split: Annotated[Split, typer.Option(help="Part of the dataset.")] = Split.TEST,
+    split: Annotated[
+        Split, typer.Option(help="test: films of the assembly; train: images to learn from.")
+    ] = Split.TEST,
     asset: Annotated[
         list[str] | None, typer.Option(help="An asset, may be repeated; all if absent.")
     ] = None,
     condition: Annotated[
-        list[ConditionName] | None, typer.Option(help="May be repeated; all if absent.")
+        list[ConditionName] | None, typer.Option(help="Test: may be repeated; all if absent.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the dataset.")] = Path("dataset"),
     jobs: Annotated[int, typer.Option(help="Processes; -1: one a core.")] = -1,
@@ -68,10 +71,11 @@ def render(
     ] = Backend.LOKY,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same pictures.")] = 20,
     limit: Annotated[
-        int | None, typer.Option(min=1, help="Only the first frames of each scene.")
+        int | None, typer.Option(min=1, help="Test: only the first frames of each scene.")
     ] = None,
     scale: Annotated[
-        float, typer.Option(min=0.1, max=1.0, help="Size of the pictures; 1: 1280x720.")
+        float,
+        typer.Option(min=0.1, max=1.0, help="Of the size: test 1280x720, train 960x540."),
     ] = 1.0,
     renderer: Annotated[
         Renderer, typer.Option(help="cycles: photo-real and slow, by Blender (snapfit[blender]).")
@@ -79,55 +83,53 @@ def render(
     samples: Annotated[
         int, typer.Option(min=1, max=4096, help="Paths of light a pixel, by cycles.")
     ] = 48,
+    count: Annotated[
+        int | None, typer.Option(min=1, help="Train: images of each asset; 15000 if absent.")
+    ] = None,
+    depth: Annotated[bool, typer.Option("--depth", help="Train: write depth too.")] = False,
+    masks: Annotated[
+        bool, typer.Option("--masks", help="Train: write masks as PNG files too.")
+    ] = False,
+    keypoints: Annotated[
+        int | None, typer.Option(min=4, max=200, help="Train: keypoints of a part; 17 if absent.")
+    ] = None,
 ) -> None:
     """Render the dataset; what is there already is kept, so that a run can be taken up again."""
-    del split  # there is one yet
     console = Console(highlight=False)
+    is_cycles = renderer is Renderer.CYCLES
     with clear_errors(exit_code=1):
-        from snapfit.models.workbench.dataset import Order, render_dataset
-        from snapfit.models.workbench.split import TEST_FRAMES, Condition
+        from snapfit.models.workbench.split import TEST_FRAMES
 
-        order = Order(
-            directory=out,
-            assets=tuple(dict.fromkeys(asset or TEST_FRAMES)),
-            conditions=tuple(Condition(name) for name in dict.fromkeys(condition or ConditionName)),
-            seed=seed,
-            limit=limit,
-            scale=scale,
-            cycles_samples=samples if renderer is Renderer.CYCLES else None,
-        )
-        columns = (
-            TextColumn("rendering"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeRemainingColumn(),
-        )
-        with Progress(*columns, console=console) as bar:
-            task = bar.add_task("rendering", total=None)
+        names = tuple(dict.fromkeys(asset or TEST_FRAMES))
+        if split is Split.TRAIN:
+            _refuse(split, {"condition": condition, "limit": limit, "renderer": is_cycles})
+            from snapfit.models.keypoints import N_KEYPOINTS
+            from snapfit.models.workbench.train_set import N_IMAGES, TrainOrder
 
-            def show(done: int, total: int) -> None:
-                bar.update(task, completed=done, total=total)
+            train = TrainOrder(
+                out,
+                names,
+                count=count or N_IMAGES,
+                seed=seed,
+                depth=depth,
+                masks=masks,
+                n_keypoints=keypoints or N_KEYPOINTS,
+                scale=scale,
+            )
+            render_train_split(console, train, jobs, backend)
+        else:
+            own = {"count": count, "depth": depth, "masks": masks, "keypoints": keypoints}
+            _refuse(split, own)
+            from snapfit.models.workbench.dataset import Order
+            from snapfit.models.workbench.split import Condition
 
-            summary = render_dataset(order, jobs=jobs, backend=backend, progress=show)
-    console.print(_table(summary))
-    last = summary["last_rendering"]
-    console.print(
-        f"{summary['frames']} frames, {summary['megabytes'] / 1000:.2f} GB in {out}; "
-        f"{last['frames_per_second']} frames a second"
-    )
+            chosen = tuple(Condition(name) for name in dict.fromkeys(condition or ConditionName))
+            order = Order(out, names, chosen, seed, limit, scale, samples if is_cycles else None)
+            render_test_split(console, order, jobs, backend)
 
 
-def _table(summary: dict[str, Any]) -> Table:
-    table = Table("scene", "frames", "mm a frame", "deg a frame", "in view", "hidden", "frames/s")
-    for name, figures in summary["scenes"].items():
-        motion, seen = figures["motion"], figures["visibility_in_hand"]
-        table.add_row(
-            name,
-            str(figures["frames"]),
-            f"{motion['median_mm']:.1f} (peak {motion['peak_mm']:.0f})",
-            f"{motion['median_deg']:.1f} (peak {motion['peak_deg']:.0f})",
-            "" if seen is None else f"{100 * seen:.0f} %",
-            ", ".join(map(str, figures["hidden_stretches"])),
-            str(figures.get("frames_per_core_second", "")),
-        )
-    return table
+def _refuse(split: Split, others: Mapping[str, object]) -> None:
+    """Options of the other split are an error, not ignored."""
+    for name, value in others.items():
+        if value:
+            raise typer.BadParameter(f"--{name} does not go with --split {split}")
