@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +14,8 @@ from snapfit.models.bop_writer import make_folder, write_text
 from snapfit.models.errors import DatasetError
 
 RENDERING_NAME = "rendering.json"
+_RUNS_AT_ONCE = 4
+_PACKAGES = ("ray", "dask", "distributed")
 
 Run = TypeVar("Run")
 Report = TypeVar("Report")
@@ -26,23 +29,28 @@ def fan_out(
     Args:
         render_run: a function of a module.
         runs: what it is called with.
-        jobs: processes; -1 is one a core, 1 is this one.
+        jobs: processes; -1 is one a core, of the cluster if there is one; 1 by loky is this one.
         backend: joblib's: loky (processes here), ray or dask (a cluster that is running).
 
     Raises:
-        DatasetError: the backend is not installed; or what `render_run` raises.
+        DatasetError: the backend is not installed, or its cluster not to be had; or what
+            `render_run` raises.
     """
     if not runs:
         return
-    if jobs == 1:
+    if jobs == 1 and backend == "loky":
         yield from map(render_run, runs)
         return
-    from joblib import Parallel, delayed, parallel_config
+    from joblib import Parallel, delayed, effective_n_jobs, parallel_config
 
-    _register(backend)
-    with parallel_config(backend=backend):
-        parallel = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-        yield from parallel(delayed(render_run)(run) for run in runs)
+    with _connected(backend, jobs), parallel_config(backend=backend):
+        # Ray's backend gives results by the list: some runs for each process, then the next ones.
+        streams = backend != "ray"
+        size = len(runs) if streams else _RUNS_AT_ONCE * effective_n_jobs(jobs)
+        result = "generator_unordered" if streams else "list"
+        with Parallel(n_jobs=jobs, return_as=result, batch_size=1) as parallel:
+            for i in range(0, len(runs), size):
+                yield from parallel(delayed(render_run)(run) for run in runs[i : i + size])
 
 
 def claim_folder(folder: Path, recipe: Mapping[str, Any]) -> None:
@@ -78,17 +86,68 @@ def asset_digest(asset: Asset) -> str:
     return sha.hexdigest()[:16]
 
 
-def _register(backend: str) -> None:
+@contextmanager
+def _connected(backend: str, jobs: int) -> Iterator[None]:
+    """A cluster that is running, or else a small one on this machine while it is needed."""
     try:
         if backend == "ray":
-            from ray.util.joblib import register_ray
-
-            register_ray()
+            with _ray():
+                yield
         elif backend == "dask":
-            import distributed
+            with _dask(jobs):
+                yield
+        else:
+            yield
+    except ModuleNotFoundError as error:
+        if error.name not in _PACKAGES:
+            raise
+        problem = f"the backend {backend} is not installed: pip install 'snapfit[{backend}]'"
+        raise DatasetError(Path(backend), f"{problem}, or use loky") from error
 
-            distributed.Client()
-    except ImportError as error:
-        package = "dask[distributed]" if backend == "dask" else backend
-        problem = f"the backend {backend} is not installed: pip install '{package}', or use loky"
-        raise DatasetError(Path(backend), problem) from error
+
+@contextmanager
+def _ray() -> Iterator[None]:
+    """Ray's own variable `RAY_ADDRESS` names the cluster."""
+    import ray
+    from ray.util.joblib import register_ray
+
+    register_ray()
+    if ray.is_initialized():
+        yield
+        return
+    try:
+        ray.init()
+    except (ConnectionError, RuntimeError) as error:
+        raise DatasetError(Path("ray"), f"no connection to the cluster: {error}") from error
+    try:
+        yield
+    finally:
+        ray.shutdown()
+
+
+@contextmanager
+def _dask(jobs: int) -> Iterator[None]:
+    """Dask's own variable `DASK_SCHEDULER_ADDRESS` names the cluster."""
+    import dask
+    import distributed
+
+    address = dask.config.get("scheduler-address", None)
+    try:
+        client = (
+            distributed.Client(address)
+            if address
+            else distributed.Client(
+                threads_per_worker=1, n_workers=max(jobs, 0) or None, dashboard_address=None
+            )
+        )
+    except OSError as error:
+        problem = f"no connection to the cluster at {address}: {error}"
+        raise DatasetError(Path("dask"), problem) from error
+    with client:
+        if max(client.nthreads().values(), default=1) > 1:
+            raise DatasetError(
+                Path("dask"),
+                "a worker renders one thing at a time: start workers with --nthreads 1 "
+                "and one for each core (--nworkers auto)",
+            )
+        yield

@@ -121,15 +121,16 @@ def test_an_asset_outside_of_the_split_is_refused(tmp_path, monkeypatch):
     assert "is not in the test split, which has: teapot" in result.output.replace("\n", "")
 
 
-def test_a_backend_that_is_not_installed_is_told(tmp_path, monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "ray", None)
-    arguments = [*SMALL, "--limit", "1", "--condition", "normal", "--backend", "ray"]
-    arguments[arguments.index("--jobs") + 1] = "2"
+@pytest.mark.parametrize(("backend", "module"), [("ray", "ray"), ("dask", "distributed")])
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_backend_that_is_not_installed_is_told(tmp_path, monkeypatch, backend, module, jobs):
+    monkeypatch.setitem(sys.modules, module, None)
+    arguments = [*SMALL, "--limit", "1", "--condition", "normal", "--backend", backend]
+    arguments[arguments.index("--jobs") + 1] = jobs
     result = CliRunner().invoke(app, ["dataset", "render", "--out", str(tmp_path), *arguments])
     assert result.exit_code == 1
-    assert "backend ray is not installed" in result.output
+    problem = f"backend {backend} is not installed: pip install 'snapfit[{backend}]', or use loky"
+    assert problem in result.output.replace("\n", " ")
 
 
 def test_the_command_knows_the_conditions_of_the_workbench():
