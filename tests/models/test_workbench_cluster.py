@@ -47,9 +47,12 @@ def test_a_cluster_renders_the_same_pictures(tmp_path, backend):
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
     import dask
 
-    with dask.config.set(
-        {"scheduler-address": "tcp://127.0.0.1:9", "distributed.comm.timeouts.connect": "1s"}
-    ), pytest.raises(DatasetError, match="no connection to the cluster at tcp://127"):
+    with (
+        dask.config.set(
+            {"scheduler-address": "tcp://127.0.0.1:9", "distributed.comm.timeouts.connect": "1s"}
+        ),
+        pytest.raises(DatasetError, match="no connection to the cluster at tcp://127"),
+    ):
         list(fan_out(len, [[1], [2]], 2, "dask"))
 
 
