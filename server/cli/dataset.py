@@ -97,6 +97,8 @@ def render(
     """Render the dataset; what is there already is kept, so that a run can be taken up again."""
     console = Console(highlight=False)
     is_cycles = renderer is Renderer.CYCLES
+    # A cluster's processes stand in other folders.
+    out = out.absolute()
     with clear_errors(exit_code=1):
         from snapfit.models.workbench.split import TEST_FRAMES
 
