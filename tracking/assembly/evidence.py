@@ -78,6 +78,9 @@ class LinkEvidence:
         near_m, near_rad = p.near_m + more_m, p.near_rad + more_rad
         if not self.fit.is_within(near_m, near_rad):
             return False, False
+        if self.measure.is_slow:
+            travel_m = abs(float(self.fit.q[0])) * abs(self.measure.joint.pitch_m) / math.tau
+            return travel_m < p.slow_m, False
         at_zero = self.fit
         if self.measure.joint.n_dof:
             at_zero = self.measure.fit_at_zero(parent_from_child)
@@ -119,7 +122,7 @@ class LinkEvidence:
         p = self._parameters
         return min(
             max(
-                self._close / p.close_frames,
+                self._close / (p.slow_frames if self.measure.is_slow else p.close_frames),
                 self._near / p.near_frames,
                 self._rest / p.rest_frames,
                 self._supported / p.supported_frames,

@@ -86,6 +86,11 @@ class LinkMeasure:
         self._lever_m = float(link.translation_tolerance_m / tolerance_rad)
         self._reach_m = self._farthest_m(child, parent)
 
+    @property
+    def is_slow(self) -> bool:
+        """Whether only its travel tells how far a screw is turned in."""
+        return self.joint.type is JointType.SCREW and not self._turn_seen
+
     def is_far(self, parent_from_child: Array, margin_m: float) -> bool:
         """Whether a relative pose (4, 4) is surely farther away than a margin; quick."""
         x, y, z = parent_from_child[:3, 3] - self.goal.matrix[:3, 3]

@@ -39,6 +39,7 @@ class MisassemblyWatch:
         self._names = graph.tracked
         self._root = graph.root
         self._active: dict[str, tuple[Misassembly, int, Array]] = {}
+        self._waiting: list[int] = []
         self._state: str | None = None
         names = self._names
         first, second = np.triu_indices(len(names), k=1)
@@ -56,8 +57,10 @@ class MisassemblyWatch:
         for part, (_, pair, place) in list(self._active.items()):
             if self._is_put_right(pair, place, relations):
                 del self._active[part]
-        for pair in self._resting(relations):
-            self._look(pair, relations, frame)
+        self._waiting += [pair for pair in self._resting(relations) if pair not in self._waiting]
+        if self._waiting:
+            # One a frame: a look takes longer than all the rest.
+            self._look(self._waiting.pop(0), relations, frame)
         return tuple(event for event, _, _ in self._active.values())
 
     def _enter(self, state: str) -> None:
@@ -99,7 +102,8 @@ class MisassemblyWatch:
     def _look(self, pair: int, relations: Relations, frame: int) -> None:
         """Judges a pair at rest, and remembers what is wrong with it."""
         part, other = self._free_and_module(pair, relations)
-        if part in self._active or self._state is None:
+        is_over = relations.still_frames[pair] < self._parameters.wrong_frames
+        if part in self._active or is_over or not self._watched[pair] or self._state is None:
             return
         a, b = self._names[relations.first[pair]], self._names[relations.second[pair]]
         gap_m = self._contacts.gap_m(a, b, relations.rest[pair], self._parameters.contact_m)

@@ -29,6 +29,9 @@ class AssemblyParameters:
             2.5 mm away, and a noisy part may look as if it were.
         near_rad: the same for the rotation.
         near_frames: so long at rest.
+        slow_m: a screw whose turn cannot be seen advances 2 or 3 mm while the hand turns it once
+            and takes a new hold, so it only counts when its travel is done to less than that.
+        slow_frames: and so long.
         widening: how many standard deviations of the estimate widen both.
         widest_m: but never by more.
         widest_rad: the same for the rotation.
@@ -67,6 +70,8 @@ class AssemblyParameters:
     near_m: float = 0.005
     near_rad: float = np.radians(6)
     near_frames: int = 5
+    slow_m: float = 0.0018
+    slow_frames: int = 8
     widening: float = 1.0
     widest_m: float = 0.003
     widest_rad: float = np.radians(3)
