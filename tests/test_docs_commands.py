@@ -63,7 +63,9 @@ def problem_of_snapfit(words: list[str]) -> str | None:
         if words[0] not in command.commands:
             return f"no command {words[0]!r}"
         command = command.commands[words.pop(0)]
-    options = {option for parameter in command.params for option in parameter.opts} | {"--help"}
+    options = {"--help"}
+    for parameter in command.params:
+        options |= {*parameter.opts, *parameter.secondary_opts}
     unknown = [word for word in words if word.startswith("-") and word not in options]
     return f"{command.name} has no option {unknown}" if unknown else None
 
