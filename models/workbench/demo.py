@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +22,10 @@ from snapfit.models.errors import WorkbenchError
 from snapfit.models.pose import Pose
 from snapfit.models.recording import GroundTruth
 from snapfit.models.sequence_writer import SequenceWriter
+from snapfit.models.workbench.assembly import timed_assembly
+from snapfit.models.workbench.mounting import assembly_path
 from snapfit.models.workbench.scene import standard_scene
-from snapfit.models.workbench.script import Script, assembly_script
+from snapfit.models.workbench.script import Script
 from snapfit.models.workbench.sensor import Sensor
 from snapfit.models.workbench.shading import Studio
 from snapfit.models.workbench.visibility import visibility
@@ -30,6 +33,9 @@ from snapfit.models.workbench.visibility import visibility
 FRAME_RATE_HZ = 30.0
 _JPEG_QUALITY = 95
 _WORKERS = 2
+_LAYERS = 3
+# How long the assembly is at full speed, frames, and by how much it is slowed to be followed well.
+_FIRST_FRAMES, _STEP_FRAMES, _SLOWER = 60, 75, 1.7
 
 Progress = Callable[[float], None]
 
@@ -57,18 +63,20 @@ class Workbench:
         camera: of colour, and of depth in millimetres, aligned with it.
 
     Raises:
-        WorkbenchError: as `assembly_script`.
+        WorkbenchError: as `timed_assembly`.
     """
 
     def __init__(self, asset: Asset, seed: int) -> None:
         self._seed = seed
-        self.script: Script = assembly_script(asset, self._rng(0))
         scene = standard_scene(self._rng(1))
+        n_frames = _FIRST_FRAMES + _STEP_FRAMES * len(assembly_path(asset))
+        script = timed_assembly(asset, scene, n_frames, seed)
+        self.script: Script = script.slowed(_SLOWER)
         self.camera = RgbdCamera(scene.camera, scene.camera)
         self._studio = Studio(scene, asset.parts)
         self._sensor = Sensor(scene.camera, self._rng(2))
-        starts_s = {move.part: move.start_s for move in reversed(self.script.moves)}
-        self._layers = {part: self._static_layer(part, at_s) for part, at_s in starts_s.items()}
+        self._layers: dict[bytes, npt.NDArray[np.uint8]] = {}
+        self._lock = Lock()
         self._at_rest: dict[int, npt.NDArray[np.uint8]] = {}
 
     def frame(self, name: str, time_s: float) -> BenchFrame:
@@ -99,19 +107,25 @@ class Workbench:
     def _rng(self, *purpose: int) -> np.random.Generator:
         return np.random.default_rng((self._seed, *purpose))
 
-    def _static_layer(self, moving: str, start_s: float) -> npt.NDArray[np.uint8]:
-        poses = self.script.poses_at(start_s)
-        del poses[moving]
-        return self._studio.layer(poses)
+    def _layer(self, standing: Mapping[str, Pose]) -> npt.NDArray[np.uint8]:
+        """The picture of what stands; that of the last few arrangements is kept."""
+        key = b"".join(name.encode() + pose.matrix.tobytes() for name, pose in standing.items())
+        with self._lock:
+            if key not in self._layers:
+                if len(self._layers) >= _LAYERS:
+                    del self._layers[next(iter(self._layers))]
+                self._layers[key] = self._studio.layer(standing)
+            return self._layers[key]
 
     def _clean(self, poses: Mapping[str, Pose], time_s: float) -> npt.NDArray[np.uint8]:
-        """The picture without noise: a static layer with the part that moves in front."""
+        """The picture without noise: a static layer with the parts that move in front."""
         rest = self.script.rest_at(time_s)
         if rest is not None and rest in self._at_rest:
             return self._at_rest[rest]
-        moving = self.script.active_at(time_s)
-        picture = self._layers[moving].copy()
-        self._studio.paint(picture, poses, [moving])
+        moving = self.script.moving_at(time_s)
+        standing = {name: pose for name, pose in poses.items() if name not in moving}
+        picture = self._layer(standing).copy()
+        self._studio.paint(picture, poses, moving)
         if rest is not None:
             self._at_rest[rest] = picture
         return picture

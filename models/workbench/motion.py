@@ -18,8 +18,6 @@ from snapfit.models.pose import Array, Pose
 _TREMOR_TRANSLATION_M = 0.00025
 _TREMOR_ROTATION_RAD = 0.002
 _TREMOR_WAVES = 4
-# Shares of the arc's duration between which a part is turned: once lifted, before it comes down.
-_TURN_FROM, _TURN_TO = 0.1, 0.95
 
 
 class Motion(Protocol):
@@ -60,68 +58,6 @@ class Tremor:
         amplitude, cycles, phase = np.moveaxis(self.waves, -1, 0)
         total: Array = (amplitude * np.sin(2 * math.pi * cycles * share + phase)).sum(axis=0)
         return total
-
-
-@dataclass(frozen=True, eq=False)
-class Carry:
-    """Lifted, turned on the way, and brought to its place along a straight approach.
-
-    Attributes:
-        start: `world_from_part` where the part is taken.
-        goal: `world_from_part` where it is put.
-        lift_m: (3,) towards where it leaves its place, world frame; longer is a higher arc.
-        approach_m: (3,) from the goal back along the straight last stretch, world frame.
-        bend_m: how far the arc runs on beyond that stretch in the same direction.
-        tremor: of the hand; fades towards the start and the approach.
-    """
-
-    start: Pose
-    goal: Pose
-    lift_m: Array
-    approach_m: Array
-    bend_m: float
-    tremor: Tremor
-
-    @cached_property
-    def _arc(self) -> tuple[Array, Array]:
-        """Lengths (N,) along the path and its points (N, 3): a Bezier curve, then a line."""
-        end = self.goal.translation + self.approach_m
-        direction = self.approach_m / np.linalg.norm(self.approach_m)
-        controls = np.stack(
-            [
-                self.start.translation,
-                self.start.translation + self.lift_m,
-                end + direction * self.bend_m,
-                end,
-            ]
-        )
-        t = np.linspace(0, 1, 257)[:, None]
-        bernstein = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
-        points = np.vstack([bernstein @ controls, self.goal.translation])
-        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        return np.concatenate([[0], np.cumsum(steps)]), points
-
-    @cached_property
-    def _arc_share(self) -> float:
-        """Share of the duration after which only the straight approach is left."""
-        lengths, _ = self._arc
-        shares = np.linspace(0, 1, 257)
-        progress = [minimum_jerk(share) for share in shares]
-        return float(np.interp(lengths[-2] / lengths[-1], progress, shares))
-
-    def at(self, share: float) -> Pose:
-        """`world_from_part` after a share of the duration, 0 to 1."""
-        lengths, points = self._arc
-        length = minimum_jerk(share) * lengths[-1]
-        position = [np.interp(length, lengths, points[:, axis]) for axis in range(3)]
-        on_arc = min(length / lengths[-2], 1.0)
-        turning = (share / self._arc_share - _TURN_FROM) / (_TURN_TO - _TURN_FROM)
-        turned = minimum_jerk(turning)
-        turn = (self.start.inverse() @ self.goal).log()[:3]
-        rotation = self.start.rotation @ Pose.exp([*(turned * turn), 0, 0, 0]).rotation
-        pose = Pose.from_rotation_translation(rotation, position)
-        free = math.sin(math.pi * on_arc) ** 2
-        return pose.perturbed(free * self.tremor.at(share))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The scripted assembly: which part moves when, where it lies before, and the states passed.
+"""A script of the bench: which part moves when, where it lies before, and the states passed.
 
 World frame: the bench's top is z = 0, x points to the right of the camera, y away from it.
 """
@@ -7,22 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from snapfit.models.asset import Asset
-from snapfit.models.errors import WorkbenchError
-from snapfit.models.manifest import JointType, Link
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Array, Pose
-from snapfit.models.workbench.motion import Carry, Motion, Slide, Tremor, Twist
+from snapfit.models.workbench.motion import Motion
 
-_REST_S, _PAUSE_S = 1.0, 0.25
-_TWIST_S = 0.85
-_LARGEST_TWIST_RAD = math.radians(100)
-_DROP_M = 0.03
-_CLEARANCE_M = 0.012
 _STABLE_M = 1e-5
 
 
@@ -40,13 +32,6 @@ class Place:
     y_m: float
     yaw_deg: float
     down: tuple[float, float, float]
-
-
-# The part that carries the others, where it lies first and where it is put; then the others.
-_BASE_FROM = Place(0.045, 0.075, 62.0, (0, 0, -1))
-_BASE_TO = Place(0.025, 0.0, 24.0, (0, 0, -1))
-_OTHERS = (Place(0.185, -0.06, 50.0, (0, 1, 0)), Place(-0.175, -0.05, 85.0, (0, -1, 0)))
-_BASE_S, _CARRY_S, _SLIDE_S, _INSERT_S = 1.4, 2.8, 0.6, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +94,11 @@ class Script:
         """Name of the assembly state."""
         return next(name for start, name in reversed(self.states) if time_s >= start - 1e-9)
 
-    def active_at(self, time_s: float) -> str:
-        """Name of the part that moves; at rest, of the one that moved last or will move first."""
+    def moving_at(self, time_s: float) -> tuple[str, ...]:
+        """The part that moves and all that it carries; at rest, those that moved last or will."""
         begun = [move for move in self.moves if move.start_s <= time_s]
-        return (begun[-1] if begun else self.moves[0]).part
+        move = begun[-1] if begun else self.moves[0]
+        return (move.part, *sorted(move.carried))
 
     def rest_at(self, time_s: float) -> int | None:
         """How many moves are done while nothing moves; None while something does."""
@@ -120,93 +106,14 @@ class Script:
             return None
         return sum(move.end_s <= time_s for move in self.moves)
 
-
-class _Writer:
-    """Puts moves one after the other."""
-
-    def __init__(self, initial: dict[str, Pose], first_state: str, rng: np.random.Generator):
-        self.initial = dict(initial)
-        self.now = dict(initial)
-        self.time_s = _REST_S
-        self.moves: list[Move] = []
-        self.states = [(0.0, first_state)]
-        self.rng = rng
-
-    def add(self, part: str, duration_s: float, motion: Motion) -> None:
-        self.moves.append(Move(part, self.time_s, duration_s, motion))
-        self.now[part] = motion.at(1.0)
-        self.time_s += duration_s
-
-    def carry(
-        self, part: str, duration_s: float, goal: Pose, lift_m: float, approach_m: Array
-    ) -> None:
-        lift = np.array([0, 0, lift_m])
-        tremor = Tremor.sampled(self.rng, duration_s)
-        bend_m = max(0.8 * lift_m, 0.02)
-        motion = Carry(self.now[part], goal, lift, approach_m, bend_m, tremor)
-        self.add(part, duration_s, motion)
-
-    def finish(self) -> Script:
-        return Script(self.initial, tuple(self.moves), tuple(self.states), self.time_s + _REST_S)
-
-
-def assembly_script(asset: Asset, rng: np.random.Generator) -> Script:
-    """The assembly of an asset, step after step of its graph.
-
-    Raises:
-        WorkbenchError: no assembly graph, more parts than there are places on the bench, or a
-            step whose joint is neither prismatic nor a screw.
-    """
-    if not asset.steps or len(asset.parts) > 1 + len(_OTHERS):
-        raise WorkbenchError(
-            f"the workbench assembles assets with steps and up to {1 + len(_OTHERS)} parts; "
-            f"{asset.name!r} has {len(asset.steps)} steps and {len(asset.parts)} parts"
-        )
-    states = {state.name: state for state in asset.states}
-    carrier = states[asset.steps[0].to_state].links[0].parent
-    meshes = {part.name: part.mesh for part in asset.parts}
-    others = [name for name in meshes if name != carrier]
-    initial = {carrier: resting_pose(meshes[carrier], _BASE_FROM)}
-    for name, place in zip(others, _OTHERS, strict=False):
-        initial[name] = resting_pose(meshes[name], place)
-    writer = _Writer({name: initial[name] for name in meshes}, asset.states[0].name, rng)
-    goal = resting_pose(meshes[carrier], _BASE_TO)
-    writer.carry(carrier, _BASE_S, goal, 0.035, np.array([0, 0, 0.004]))
-    for step in asset.steps:
-        writer.time_s += _PAUSE_S
-        mounted = {link.child for link in states[step.from_state].links}
-        for link in states[step.to_state].links:
-            if link.child not in mounted:
-                _mount(writer, link, meshes[link.child])
-        writer.states.append((writer.time_s, step.to_state))
-    return writer.finish()
-
-
-def _mount(writer: _Writer, link: Link, mesh: Mesh) -> None:
-    """Brings a part to where its joint begins, and then along its joint."""
-    place = writer.now[link.parent] @ link.parent_from_child
-    joint = link.joint
-    axis = np.array(joint.axis if joint.axis else (0, 0, 0), dtype=np.float64)
-    from_m = joint.travel_m[0] if joint.travel_m else 0.0
-    if joint.type is JointType.PRISMATIC:
-        begin = place @ Pose.from_translation(*(from_m * axis))
-        writer.carry(link.child, _CARRY_S, begin, 0.11, np.array([0, 0, _DROP_M]))
-        writer.add(link.child, _SLIDE_S, Slide(begin, place))
-    elif joint.type is JointType.SCREW and joint.pitch_m:
-        turn_rad = -from_m / joint.pitch_m * 2 * math.pi
-        n_twists = math.ceil(turn_rad / _LARGEST_TWIST_RAD)
-        twist = Twist(place, axis, turn_rad, joint.pitch_m, n_twists)
-        begin = twist.at(0.0)
-        # Far enough back along the axis that the tip is outside of what it goes into.
-        reach_m = float(np.ptp(mesh.vertices @ axis)) / 2 + _CLEARANCE_M
-        approach_m = -reach_m * (place.rotation @ axis)
-        writer.carry(link.child, _INSERT_S, begin, 0.09, approach_m)
-        writer.time_s += _PAUSE_S / 2
-        writer.add(link.child, n_twists * _TWIST_S, twist)
-    else:
-        raise WorkbenchError(
-            f"the workbench mounts prismatic and screw joints, {link.child!r} has a {joint.type}"
-        )
+    def slowed(self, factor: float) -> Script:
+        """The same, taking longer by a factor."""
+        moves = [
+            replace(each, start_s=each.start_s * factor, duration_s=each.duration_s * factor)
+            for each in self.moves
+        ]
+        states = [(start_s * factor, name) for start_s, name in self.states]
+        return Script(self.initial, tuple(moves), tuple(states), self.duration_s * factor)
 
 
 def resting_pose(mesh: Mesh, place: Place) -> Pose:

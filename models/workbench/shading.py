@@ -110,8 +110,7 @@ class Studio:
     def layer(self, world_from_part: Mapping[str, Pose]) -> Bytes:
         """The whole picture (H, W, 3), blue first, with some parts, which then count as static."""
         picture = self.empty.copy()
-        for name in world_from_part:
-            self.paint(picture, world_from_part, [name])
+        self.paint(picture, world_from_part, world_from_part)
         return picture
 
     def paint(
@@ -124,16 +123,22 @@ class Studio:
             world_from_part: every part that is there.
             changed: those that are new in the picture, or stand elsewhere.
         """
-        shadows = self._shadows(world_from_part)
-        for name in changed:
-            window = self.window(name, world_from_part[name])
-            rows = slice(2 * window.top, 2 * window.bottom + 4)
-            surfaces = self._ground.at(rows, slice(2 * window.left, 2 * window.right + 4))
-            camera = window.camera(self.scene.camera, 2, border=2)
-            there = [i for i, part in enumerate(self.parts) if part.name in world_from_part]
-            seen = render(camera, self._bodies(world_from_part), normals=True)
-            surfaces.cover(seen, self._albedo[there], self._gloss[there])
-            picture[window.slices] = self._shade(window, surfaces, shadows)
+        windows = [self.window(name, world_from_part[name]) for name in changed]
+        if not windows:
+            return
+        window = Window(
+            min(each.left for each in windows),
+            min(each.top for each in windows),
+            max(each.right for each in windows),
+            max(each.bottom for each in windows),
+        )
+        rows = slice(2 * window.top, 2 * window.bottom + 4)
+        surfaces = self._ground.at(rows, slice(2 * window.left, 2 * window.right + 4))
+        camera = window.camera(self.scene.camera, 2, border=2)
+        there = [i for i, part in enumerate(self.parts) if part.name in world_from_part]
+        seen = render(camera, self._bodies(world_from_part), normals=True)
+        surfaces.cover(seen, self._albedo[there], self._gloss[there])
+        picture[window.slices] = self._shade(window, surfaces, self._shadows(world_from_part))
 
     def window(self, name: str, world_from_part: Pose) -> Window:
         """Where a part and its shadows on the bench fall in the picture."""

@@ -1,6 +1,5 @@
 """The scripted assembly: hand-like, smooth, without collisions, and with the right states."""
 
-import dataclasses
 import itertools
 
 import manifold3d
@@ -8,11 +7,10 @@ import numpy as np
 import pytest
 
 from snapfit.models.asset import find_asset
-from snapfit.models.errors import WorkbenchError
-from snapfit.models.manifest import Joint, JointType
 from snapfit.models.pose import Pose
-from snapfit.models.workbench.motion import Carry, Slide, Tremor, Twist, minimum_jerk
-from snapfit.models.workbench.script import Place, assembly_script, resting_pose
+from snapfit.models.workbench.demo import Workbench
+from snapfit.models.workbench.motion import Slide, Twist, minimum_jerk
+from snapfit.models.workbench.script import Place, resting_pose
 
 FRAME_S = 1 / 30
 
@@ -24,7 +22,8 @@ def asset():
 
 @pytest.fixture(scope="module")
 def script(asset):
-    return assembly_script(asset, np.random.default_rng(7))
+    """That of the demo."""
+    return Workbench(asset, 7).script
 
 
 @pytest.fixture(scope="module")
@@ -55,22 +54,6 @@ def test_minimum_jerk_starts_and_ends_at_rest():
     assert speed.max() == pytest.approx(1.875, abs=1e-3)
     assert minimum_jerk(-1) == 0
     assert minimum_jerk(2) == 1
-
-
-def test_a_carried_part_comes_along_the_stated_approach():
-    start, goal = Pose.from_translation(0.2, 0, 0.02), Pose.exp([0, 0, 1.2, 0, 0, 0])
-    still = Tremor(np.zeros((1, 6, 3)))
-    carry = Carry(start, goal, np.array([0, 0, 0.1]), np.array([0, 0, 0.03]), 0.05, still)
-    assert carry.at(0).distance_to(start) < 1e-12
-    assert carry.at(0).angle_to(start) < 1e-9
-    assert carry.at(1).distance_to(goal) < 1e-12
-    assert carry.at(1).angle_to(goal) < 1e-7
-    last = [carry.at(share) for share in np.linspace(0.5, 1, 200)]
-    straight = [pose for pose in last if pose.translation[2] <= 0.03]
-    assert len(straight) > 10
-    for pose in straight:
-        assert np.abs(pose.translation[:2]).max() < 1e-9
-        assert pose.angle_to(goal) < 1e-6
 
 
 def test_a_twist_follows_the_pitch_and_rests_between_the_turns():
@@ -114,22 +97,27 @@ def test_the_motion_is_smooth_and_neither_idle_nor_wild(frames, asset):
     assert 2 <= np.median(carried[carried > 0.5]) <= 4
 
 
-def test_only_one_part_moves_at_a_time(frames, asset):
-    moving = np.stack([steps_of(frames, part.name)[0] > 1e-6 for part in asset.parts])
-    assert moving.sum(axis=0).max() == 1
-    assert moving.any(axis=1).all()
+def test_only_one_thing_moves_at_a_time(script, frames, times_s, asset):
+    moved = set()
+    for (before, now), (a_s, b_s) in zip(
+        itertools.pairwise(frames), itertools.pairwise(times_s), strict=True
+    ):
+        parts = {name for name, pose in now.items() if before[name].distance_to(pose) > 1e-6}
+        assert any(parts <= set(script.moving_at(at_s)) for at_s in (a_s, b_s))
+        moved |= parts
+    assert moved == {part.name for part in asset.parts}
 
 
-def test_it_rests_for_a_second_at_both_ends(script, frames):
+def test_it_rests_at_both_ends(script, frames):
     for name in script.initial:
         moved_mm, _ = steps_of(frames, name)
-        assert moved_mm[:29].max() == 0
-        assert moved_mm[-28:].max() == 0
+        assert moved_mm[:22].max() == 0
+        assert moved_mm[-20:].max() == 0
     assert script.rest_at(0.5) == 0
     assert script.rest_at(script.duration_s) == len(script.moves)
     first = script.moves[0]
     assert script.rest_at(first.start_s + 0.1) is None
-    assert script.active_at(0) == first.part
+    assert script.moving_at(0) == (first.part, *sorted(first.carried))
 
 
 def test_no_part_goes_through_the_bench_or_another_part(asset, frames):
@@ -147,7 +135,8 @@ def test_no_part_goes_through_the_bench_or_another_part(asset, frames):
             placed[name] = solids[name].transform(matrix)
             assert placed[name].bounding_box()[2] > -0.05
         for one, other in itertools.combinations(placed.values(), 2):
-            assert (one ^ other).volume() < 2
+            # Threads touch while a screw is pushed to where it bites.
+            assert (one ^ other).volume() < 0.003 * min(one.volume(), other.volume())
 
 
 def test_the_state_changes_when_a_part_has_reached_its_place(asset, script, frames, times_s):
@@ -162,25 +151,11 @@ def test_the_state_changes_when_a_part_has_reached_its_place(asset, script, fram
             assert (relative.distance_to(link.parent_from_child) < 1e-9) == is_there, (state, i)
 
 
-def test_the_seed_decides_the_tremor(asset, script):
-    same = assembly_script(asset, np.random.default_rng(7))
-    other = assembly_script(asset, np.random.default_rng(8))
-    at_s = script.moves[1].start_s + 1.2
-    np.testing.assert_array_equal(
-        script.poses_at(at_s)["jaw"].matrix, same.poses_at(at_s)["jaw"].matrix
-    )
-    assert 1e-6 < script.poses_at(at_s)["jaw"].distance_to(other.poses_at(at_s)["jaw"]) < 3e-3
-
-
-def test_an_asset_without_steps_is_refused(asset):
-    with pytest.raises(WorkbenchError, match="has 0 steps"):
-        assembly_script(dataclasses.replace(asset, steps=()), np.random.default_rng(0))
-
-
-def test_a_joint_that_cannot_be_played_is_refused(asset):
-    link = asset.states[1].links[0]
-    hinge = link.model_copy(update={"joint": Joint(type=JointType.REVOLUTE, axis=(0, 0, 1))})
-    state = asset.states[1].model_copy(update={"link": (hinge,)})
-    changed = dataclasses.replace(asset, states=(asset.states[0], state, asset.states[2]))
-    with pytest.raises(WorkbenchError, match="'jaw' has a revolute"):
-        assembly_script(changed, np.random.default_rng(0))
+def test_a_slowed_script_goes_the_same_ways_in_more_time(script):
+    slow = script.slowed(2.0)
+    assert slow.duration_s == 2 * script.duration_s
+    for time_s in (0.0, 2.2, 5.1, script.duration_s):
+        assert slow.state_at(2 * time_s) == script.state_at(time_s)
+        assert slow.moving_at(2 * time_s) == script.moving_at(time_s)
+        for name, pose in slow.poses_at(2 * time_s).items():
+            assert pose.distance_to(script.poses_at(time_s)[name]) < 1e-9
