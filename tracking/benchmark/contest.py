@@ -34,6 +34,7 @@ class Entrant:
             method, recording.parts, recording.camera, progress, asset=recording.asset
         )
         self._is_told_state = needs_true_state(method)
+        self._told = ""
         self._notes = Notes(recording)
 
     def track(self, number: int, frame: Frame) -> None:
@@ -43,10 +44,10 @@ class Entrant:
             TrackingError: it needs the true state and there is none, or it cannot start.
             FrameError: it refuses the frame.
         """
-        if self._is_told_state:
-            self._tell_state(frame.name)
         if number == 0:
             self._tracker.start(frame, self._recording.initial_poses)
+        if self._is_told_state:
+            self._tell_state(frame.name)
         begin_s, begin_cpu_s = time.perf_counter(), time.process_time()
         result = self._tracker.track(frame)
         took_ms = 1e3 * (time.perf_counter() - begin_s), 1e3 * (time.process_time() - begin_cpu_s)
@@ -61,9 +62,9 @@ class Entrant:
         if state is None:
             problem = f"needs the true state, and the ground truth of frame {frame} has none"
             raise TrackingError(problem)
-        # Only trackers that need it can be told.
-        tell: Callable[[str], None] = getattr(self._tracker, "set_state")  # noqa: B009
-        tell(state)
+        if state != self._told:
+            self._tracker.set_state(state)
+            self._told = state
 
 
 def run_methods(

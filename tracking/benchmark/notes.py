@@ -27,6 +27,7 @@ class Notes:
         self._confidences = np.zeros(shape)
         self._statuses = np.zeros(shape, dtype=np.int8)
         self._times_ms = np.zeros((2, n_frames))
+        self._misassembled = np.zeros(shape, dtype=np.bool_)
         self._states = [""] * n_frames
 
     def take(self, number: int, result: TrackingResult, took_ms: tuple[float, float]) -> None:
@@ -45,6 +46,9 @@ class Notes:
             raise TrackingError(f"frame {name} was answered as {result.frame}")
         self._times_ms[:, number] = took_ms
         self._states[number] = result.state or ""
+        for wrong in result.assembly.misassemblies if result.assembly else ():
+            if wrong.part in self._column:
+                self._misassembled[number, self._column[wrong.part]] = True
         for estimate in result.parts:
             i = self._column.get(estimate.part)
             if i is None:
@@ -88,6 +92,7 @@ class Notes:
             visibility=np.array(visibility, dtype=np.float64),
             times_ms=self._times_ms[0],
             cpu_ms=self._times_ms[1],
+            misassembled=self._misassembled,
             true_states=np.array([truth.state or "" for truth in truths]),
             states=np.array(self._states),
         )

@@ -29,7 +29,9 @@ how fast the tracker is on a machine of its own, `make bench` measures.
 than {NEAR_FRAMES} away from a true switch, %; **found**: switches noticed within \
 {NEAR_FRAMES} frames, early or late, %; **missed**: switches not noticed before the next one, %; \
 **switch**: mean delay of the noticed ones, frames, negative is early; **beyond**: changes of \
-state that were reported beyond the true ones, a sequence. The true state changes in the frame in \
+state that were reported beyond the true ones, a sequence; \
+**alarms**: parts reported to sit wrong, a sequence (nothing does in a dataset of right \
+assemblies). The true state changes in the frame in \
 which a part reaches its place. A method marked {TOLD} is told the true state of every frame: it \
 has no figures here, and its others are helped by it.
 - **Lost parts.** A pose is right if its ADD(-S) is under 10 % of the part's diameter. A stretch \

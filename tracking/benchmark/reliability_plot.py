@@ -41,7 +41,7 @@ def plot_reliability(calibrations: Mapping[tuple[str, str], Calibration], path: 
         own = {name: each.reliability for (name, m), each in calibrations.items() if m == method}
         _draw(axis, method, own)
     handles, labels = axes[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize=8)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3 * n_columns, fontsize=8)
     try:
         figure.savefig(path, format="png", metadata={"Software": None})
     except OSError as error:
@@ -59,7 +59,9 @@ def _draw(axis: Any, method: str, conditions: Mapping[str, Reliability]) -> None
     if whole is None:
         return
     if OVERALL in conditions:
-        axis.plot(whole.confidences, whole.right, "o-", color="black", lw=2, ms=4, label=OVERALL)
+        axis.plot(
+            whole.confidences, whole.right, "o-", color="0.2", lw=3, ms=5, zorder=1.5, label=OVERALL
+        )
     shares = np.array(whole.counts) / max(sum(whole.counts), 1)
     centers = (np.arange(N_BINS) + 0.5) / N_BINS
     axis.bar(centers, shares, 0.9 / N_BINS, color="0.85", zorder=0, label="share of poses")

@@ -10,7 +10,7 @@ from snapfit.tracking.benchmark.calibration import Calibration
 from snapfit.tracking.benchmark.groups import by_method, calibrations, methods_of
 from snapfit.tracking.benchmark.losses import losses
 from snapfit.tracking.benchmark.reading import READING
-from snapfit.tracking.benchmark.roster import ablations
+from snapfit.tracking.benchmark.roster import ablations, summary
 from snapfit.tracking.benchmark.run import Run
 from snapfit.tracking.benchmark.scores import part_scores
 from snapfit.tracking.benchmark.states import changes
@@ -62,6 +62,7 @@ def markdown(
         "# Benchmark",
         "\n".join(f"- {line}" for line in _facts(outcomes, provenance)),
         *_failures(failures),
+        *_methods(outcomes),
         "## Data",
         _data_table(outcomes),
         "## Overall",
@@ -129,6 +130,20 @@ def _time_facts(outcomes: Sequence[Outcome]) -> Iterator[str]:
     busy = max((each.load or 0.0) - each.machine.n_cores for each in circumstances)
     if busy > _BUSY:
         yield f"**Times are too long: {busy:.1f} more processes than cores wanted to run**"
+
+
+def _methods(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """What the methods are, where the table of methods says it."""
+    summaries = {title: summary(each.method) for title, each in _titles(outcomes).items()}
+    lines = [f"- `{title}`: {text}" for title, text in summaries.items() if text]
+    if lines:
+        yield "## Methods"
+        yield "\n".join(lines)
+
+
+def _titles(outcomes: Sequence[Outcome]) -> dict[str, Outcome]:
+    """An outcome of each method, by the method's title."""
+    return {method_title(each.run): each for each in outcomes}
 
 
 def _failures(failures: Sequence[Failure]) -> Iterator[str]:

@@ -27,6 +27,11 @@ def entry(method: str) -> object:
     return METHODS[method]
 
 
+def summary(method: str) -> str:
+    """What a method is, in a line; empty where the table of methods does not say."""
+    return str(getattr(METHODS.get(method), "summary", ""))
+
+
 def needs_true_state(method: str) -> bool:
     """Whether a method is told the true assembly state of each frame: it tracks one structure."""
     return bool(getattr(entry(method), "needs_true_state", False))

@@ -38,6 +38,7 @@ class Run:
         times_ms: (F,) tracking of the whole frame by the clock, reading of images left out.
         cpu_ms: (F,) the same in time of a core, all threads added up; other processes that want
             to run hardly lengthen it.
+        misassembled: (F, P) whether the method reports that a part sits wrong.
         true_states, states: (F,) assembly states, true and reported; "" where unknown.
     """
 
@@ -59,6 +60,7 @@ class Run:
     visibility: Array
     times_ms: Array
     cpu_ms: Array
+    misassembled: npt.NDArray[np.bool_]
     true_states: npt.NDArray[np.str_]
     states: npt.NDArray[np.str_]
 

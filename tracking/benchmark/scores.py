@@ -45,7 +45,8 @@ class Score:
         switch_delay: mean delay of noticed switches, frames.
         switches_found: switches noticed within 10 frames, early or late, %.
         switches_missed: switches not noticed before the next one, %.
-        switches_beyond: changes of state that were reported beyond the true ones, each.
+        switches_beyond: changes of state that were reported beyond the true ones, a sequence.
+        alarms: parts reported to sit wrong, each time anew, a sequence.
     """
 
     add_score: float
@@ -67,6 +68,7 @@ class Score:
     switches_found: float = math.nan
     switches_missed: float = math.nan
     switches_beyond: float = math.nan
+    alarms: float = math.nan
 
 
 def part_scores(run: Run) -> dict[str, Score]:
@@ -125,6 +127,7 @@ def _states(run: Run) -> dict[str, float]:
         "switches_found": 100 * states.n_found / n if n else math.nan,
         "switches_missed": 100 * states.n_missed / n if n else math.nan,
         "switches_beyond": float(states.n_reported - n),
+        "alarms": float(np.diff(run.misassembled, axis=0, prepend=False)[run.misassembled].sum()),
     }
 
 

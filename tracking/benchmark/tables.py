@@ -59,6 +59,7 @@ STATE_COLUMNS = (
     _column("missed", "switches_missed"),
     _column("switch", "switch_delay"),
     _column("beyond", "switches_beyond"),
+    _column("alarms", "alarms"),
 )
 ABLATION_COLUMNS = (*PAPER_COLUMNS[:-1], *STRICT_COLUMNS[:2], _SETTLED, _FOUND)
 

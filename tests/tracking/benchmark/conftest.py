@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from snapfit.models.pose import Pose
 from snapfit.models.recording import GroundTruth
 from snapfit.models.sequence import BodyRecord
 from snapfit.models.sequence_writer import SequenceWriter
+from snapfit.tracking.assembly.estimate import AssemblyEstimate, Misassembly, MisassemblyKind
 from snapfit.tracking.benchmark import contest, roster
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
@@ -71,7 +72,7 @@ class ScriptedTracker:
 
     def __init__(self, script: Script, parts: Sequence[Part], method: str) -> None:
         self.method = method
-        self.told: list[str] = []
+        self.told: list[tuple[str, int]] = []
         self.tracked: list[str] = []
         self._script = script
         self._names = [part.name for part in parts]
@@ -81,7 +82,7 @@ class ScriptedTracker:
         self.started = camera_from_body
 
     def set_state(self, name: str) -> None:
-        self.told.append(name)
+        self.told.append((name, len(self.tracked)))
 
     def track(self, frame: Frame) -> TrackingResult:
         self.tracked.append(frame.name)
@@ -92,7 +93,11 @@ class ScriptedTracker:
             status = Status.TRACKED if pose else Status.LOST
             estimates.append(PartEstimate(name, status, 0.9, pose, COVARIANCE))
         state = "apart" if number < 4 else "joined"
-        return TrackingResult(frame.name, frame.captured_at_ns, tuple(estimates), 1.5, state)
+        result = TrackingResult(frame.name, frame.captured_at_ns, tuple(estimates), 1.5, state)
+        # The pin sits wrong in frames 1, 2 and 5.
+        wrong = Misassembly("pin", "box", MisassemblyKind.WRONG_PLACE, number, 0.1, 0.0)
+        found = (wrong,) if number in (1, 2, 5) else ()
+        return replace(result, assembly=AssemblyEstimate(state, 1.0, None, (), (), found))
 
 
 @dataclass(frozen=True)
@@ -102,6 +107,7 @@ class Entry:
     parameters: int = 0
     needs_true_state: bool = False
     ablation_of: str = ""
+    summary: str = ""
 
 
 @pytest.fixture
@@ -109,7 +115,7 @@ def methods(monkeypatch: pytest.MonkeyPatch) -> dict[str, Entry]:
     """The table of methods for the benchmark: two, one told the states, one an ablation."""
     table = {
         "icg": Entry(),
-        "graph": Entry(1),
+        "graph": Entry(1, summary="follows the graph"),
         "told": Entry(2, needs_true_state=True),
         "graph-rigid": Entry(3, ablation_of="graph"),
     }

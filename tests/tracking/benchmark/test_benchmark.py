@@ -61,6 +61,7 @@ def test_each_frame_is_judged_from_the_true_start(
     assert math.isnan(run.visibility[0, 1])
     assert (run.times_ms > 0).all()
     assert (run.cpu_ms > 0).all()
+    assert run.misassembled.tolist() == [[False, f in (1, 2, 5)] for f in range(6)]
     assert run.true_states.tolist() == ["apart"] * 3 + ["joined"] * 3
     assert run.states.tolist() == ["apart"] * 4 + ["joined"] * 2
 
@@ -128,13 +129,13 @@ def test_a_method_that_is_added_later_is_run_alone(
     assert [(each.method, each.is_new) for each in outcomes] == [("graph", True), ("icg", False)]
 
 
-def test_a_method_that_is_told_the_state_hears_it_before_each_frame(
+def test_a_method_that_is_told_the_state_hears_of_each_change(
     scripted: Callable, beside: Callable, methods: dict, tasks: list[Task], tmp_path: Path
 ) -> None:
     trackers = scripted(beside)
     outcomes = ran([replace(tasks[0], methods=("told", "icg"))], tmp_path / "runs")
     assert [each.run.is_told_state for each in outcomes] == [True, False]
-    assert trackers[0].told == ["apart"] * 3 + ["joined"] * 3
+    assert trackers[0].told == [("apart", 0), ("joined", 3)]
     assert trackers[1].told == []
 
 
@@ -194,6 +195,9 @@ def test_fewer_frames_or_other_code_are_run_anew(
     methods["icg"] = replace(methods["icg"], parameters=7)
     paths += [each.path for each in ran(tasks[:1], store)]
     assert len(set(paths)) == 3
+    methods["icg"] = replace(methods["icg"], summary="in other words")
+    (kept,) = ran(tasks[:1], store)
+    assert (kept.path, kept.is_new) == (paths[-1], False)
 
 
 def test_runs_of_other_code_stand_if_that_is_wanted_the_newest_first(

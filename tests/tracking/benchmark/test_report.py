@@ -116,8 +116,11 @@ def test_the_markdown_names_all_that_makes_it_again(outcomes: list[Outcome]) -> 
     overall_part, _, rest = text.partition("## By condition")
     assert "| overall | icg | 89.8 | 91.7 |" in overall_part
     assert "| all | icg | 89.8 | 91.7 |" in overall_part
-    assert "| condition | method | state | settled | found | missed | switch | beyond |" in text
-    assert "| blur | icg | 83.3 | - | 100.0 | 0.0 | 1.0 | 0.0 |" in rest
+    assert (
+        "| condition | method | state | settled | found | missed | switch | beyond | alarms |"
+        in text
+    )
+    assert "| blur | icg | 83.3 | - | 100.0 | 0.0 | 1.0 | 0.0 | 2.0 |" in rest
     assert "| clamp | box, pin (s) | normal, blur, all | 6 | 1 |" in text
     for title in ("clamp", "vise", "Lost parts", "Confidence and covariance", "How to read it"):
         assert f"\n## {title}\n" in text
@@ -155,6 +158,7 @@ def test_told_methods_are_marked_and_ablations_have_a_table(
     outcomes = ran(scripted, beside, dataset, tmp_path, *names)
     text = markdown(outcomes, PROVENANCE)
     assert "| overall | told† |" in text
+    assert "## Methods\n\n- `graph`: follows the graph\n\n## Data" in text
     _, _, section = text.partition("## What is left out of graph\n")
     table, _, _ = section.partition("## Lost parts")
     lines = [line.split(" | ")[:2] for line in table.strip().splitlines()[2:]]
