@@ -28,7 +28,7 @@ _BENCH_SHARES = {
     Kind.CHECKS: 1.0,
     Kind.STONE: 2.0,
     Kind.STRIPES: 0.7,
-    Kind.HEAP: 1.0,
+    Kind.HEAP: 0.6,
 }
 _WALL_SHARES = {Kind.PLAIN: 3.0, Kind.HEAP: 4.0, Kind.STONE: 1.0, Kind.STRIPES: 0.5}
 _SHEET_SHARES = {Kind.PAPER: 3.0, Kind.MAT: 2.0, Kind.CLOTH: 1.0, Kind.PLAIN: 2.0, Kind.HEAP: 1.0}

@@ -30,7 +30,8 @@ STANDARD_CAMERA = PinholeCamera(960, 540, fx=455.4, fy=455.4, cx=479.4, cy=273.6
 _FOCAL_SPREAD, _CENTER_SPREAD_PX = 0.15, 12.0
 _NEAREST_M = 0.10
 _TRIES = 24
-_HAND_SHARE = 0.3
+_HAND_SHARE, _BEFORE_SHARE = 0.3, 0.2
+_LENS_M = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +89,8 @@ def sampled_scene(
         for part, pose in each.module.parts
     )
     others = _foreign(stock, space, list(colors.values()), rng)
+    if placed and rng.random() < _BEFORE_SHARE:
+        others += _before(placed, stock, view, rng)
     others = [body for body in others if _in_front(_box_of(body), view)]
     hand = _sampled_hand(placed, view, rng) if placed and rng.random() < _HAND_SHARE else []
     lamps, ambient = sampled_lamps(rng)
@@ -132,7 +135,7 @@ def _sampled_camera(
     camera = camera if scale == 1.0 else camera.scaled(scale)
     middles = np.array([each.points.mean(axis=0) for each in placed] or [np.zeros(3)])
     target = rng.dirichlet(np.ones(len(middles))) @ middles + rng.normal(0, 0.035, 3)
-    distance = rng.triangular(0.3, 0.42, 1.0)
+    distance = 0.3 + 0.7 * rng.beta(1.2, 2.4)
     height = math.radians(8 + 82 * rng.beta(1.7, 1.5))
     around = rng.uniform(0, 2 * math.pi)
     away = np.array(
@@ -154,20 +157,32 @@ def _foreign(
     stock: Stock, space: Space, part_colors: Sequence[tuple[int, int, int]], rng: Rng
 ) -> list[Body]:
     """Foreign things among the parts, now and then one above them; many are of their colours."""
-    n = int(rng.integers(1, 13)) if rng.random() < 0.85 else 0
-    alike = rng.random() < 0.4
+    n = int(rng.integers(1, 19)) if rng.random() < 0.85 else 0
+    alike, crowd_m = rng.random() < 0.4, rng.uniform(0.08, 0.24)
     bodies = []
     for _ in range(n):
         thing = stock.things[int(rng.integers(len(stock.things)))]
-        module = thing.scaled(rng.uniform(0.6, 1.5))
-        found = _placed(module, space, 0.2, 0.15, rng)
-        if found is None:
-            continue
-        color = part_colors[int(rng.integers(len(part_colors)))] if alike else plastic(rng)
-        ((part, _),) = module.parts
-        body = Body(part.mesh, found.pose, jittered(color, rng), rng.uniform(0, 0.6))
-        bodies.append(body)
+        found = _placed(thing.scaled(rng.uniform(0.6, 1.5)), space, crowd_m, 0.15, rng)
+        if found is not None:
+            color = part_colors[int(rng.integers(len(part_colors)))] if alike else plastic(rng)
+            bodies.append(_painted(found, color, rng))
     return bodies
+
+
+def _before(placed: Sequence[_Placed], stock: Stock, view: Pose, rng: Rng) -> list[Body]:
+    """Something that hangs between the camera and a module."""
+    goal = placed[int(rng.integers(len(placed)))].points.mean(axis=0)
+    eye = view.inverse().translation
+    place = goal + rng.uniform(0.15, 0.6) * (eye - goal) + rng.normal(0, 0.02, 3)
+    module = stock.things[int(rng.integers(len(stock.things)))].scaled(rng.uniform(0.5, 1.2))
+    pose = Pose.from_translation(*place) @ afloat(module, rng)
+    return [_painted(_Placed(module, pose), plastic(rng), rng)]
+
+
+def _painted(found: _Placed, color: tuple[int, int, int], rng: Rng) -> Body:
+    """A thing, which is one part, as it is drawn."""
+    ((part, _),) = found.module.parts
+    return Body(part.mesh, found.pose, jittered(color, rng), rng.uniform(0, 0.6))
 
 
 def _sampled_hand(placed: Sequence[_Placed], view: Pose, rng: Rng) -> list[Body]:
@@ -194,7 +209,13 @@ def _sampled_hand(placed: Sequence[_Placed], view: Pose, rng: Rng) -> list[Body]
     person = Person(glove, skin.sleeve_rgb) if rng.random() < 0.12 else skin
     person = Person(jittered(person.skin_rgb, rng), jittered(plastic(rng), rng))
     pose = Pose.from_rotation_translation(rotation, palm)
-    return hand_bodies(pose, rng.uniform(0.1, 0.75), person, shoulder)
+    bodies = hand_bodies(pose, rng.uniform(0.1, 0.75), person, shoulder)
+    return [] if any(_covers_lens(body, view) for body in bodies) else bodies
+
+
+def _covers_lens(body: Body, view: Pose) -> bool:
+    points = view.transform(body.world_from_body.transform(body.mesh.vertices))
+    return bool((np.linalg.norm(points, axis=1) < _LENS_M).any())
 
 
 def _in_front(points: Array, view: Pose) -> bool:
