@@ -6,6 +6,7 @@ import ast
 import hashlib
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 from snapfit.models.recording import Recording
@@ -26,18 +27,15 @@ def code_version(method: str) -> str:
     docstrings; and of the table of methods the method's own entry alone, so that adding a method
     to it leaves the others' runs as they are.
     """
-    sha = hashlib.sha256()
-    for path in sorted(imported_files()):
-        text = "" if path == _METHODS else _code_of(path)
-        sha.update(f"{path.relative_to(_HOUSE)}{text}".encode())
+    sha = hashlib.sha256(_shared_version(_ROOTS).encode())
     own = {name: value for name, value in vars(entry(method)).items() if name not in _WORDS}
     sha.update(re.sub(r" at 0x[0-9a-f]+", "", repr(own)).encode())
     return sha.hexdigest()[:16]
 
 
-def imported_files() -> set[Path]:
-    """Our files that a run imports, directly or not."""
-    waiting = [Path(__file__).with_name(f"{name}.py") for name in _ROOTS]
+def imported_files(roots: tuple[str, ...] = _ROOTS) -> set[Path]:
+    """Our files that these modules of the benchmark import, directly or not."""
+    waiting = [Path(__file__).with_name(f"{name}.py") for name in roots]
     found: set[Path] = set()
     while waiting:
         path = waiting.pop()
@@ -66,6 +64,16 @@ def data_version(recording: Recording) -> str:
         for part in recording.parts:
             sha.update(truth.camera_from_body[part.name].matrix.tobytes())
     return sha.hexdigest()[:16]
+
+
+@lru_cache
+def _shared_version(roots: tuple[str, ...]) -> str:
+    """A digest of the code of all methods; read once, as it was loaded."""
+    sha = hashlib.sha256()
+    for path in sorted(imported_files(roots)):
+        text = "" if path == _METHODS else _code_of(path)
+        sha.update(f"{path.relative_to(_HOUSE)}{text}".encode())
+    return sha.hexdigest()
 
 
 def _imports_of(path: Path) -> Iterator[Path]:
