@@ -26,7 +26,11 @@ class WrongTrack:
     track: Track
     kind: MisassemblyKind
     part: str
-    rests_from: int
+    begin: int
+
+    @property
+    def rests_from(self) -> int:
+        return self.begin + N_CARRY
 
 
 class WrongTracks:
@@ -85,9 +89,7 @@ class WrongTracks:
             poses.append({**others, part: here})
         states = [*self.track.states[: begin + 1]]
         states += [states[-1]] * (N_CARRY + N_REST)
-        return WrongTrack(
-            replace(self.track, poses=poses, states=states), kind, part, begin + N_CARRY + 1
-        )
+        return WrongTrack(replace(self.track, poses=poses, states=states), kind, part, begin)
 
     def _module(self, state: str) -> list[str]:
         component = self.graph.components(state)
@@ -102,10 +104,14 @@ class WrongTracks:
 
     def _pushed(self, begin: int, state: str, part: str, pose: Pose, way: Array) -> Pose | None:
         """Moved along a direction from where it does not touch until it nearly touches."""
-        for step_m in np.arange(0.25, -0.05, -0.001):
-            here = Pose.from_translation(*(step_m * way)) @ pose
-            if self._gap_m(begin, state, part, here) < 0.0015:
+        away_m = 0.25
+        while away_m > -0.05:
+            here = Pose.from_translation(*(away_m * way)) @ pose
+            gap_m = self._gap_m(begin, state, part, here)
+            if gap_m < 0.0015:
                 return here
+            # It cannot touch before it has come nearer by the gap.
+            away_m -= min(max(0.9 * gap_m, 0.0005), 0.05)
         return None
 
     def _elsewhere(self, begin: int, state: str, part: str) -> Pose | None:
