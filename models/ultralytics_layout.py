@@ -9,11 +9,10 @@ scenes: they take no room of their own.
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from snapfit.models.bop_writer import make_folder, write_text
+from snapfit.models.bop_writer import make_folder, write_bytes, write_text
 from snapfit.models.errors import DatasetError
 from snapfit.models.keypoints import KeypointModel
 from snapfit.models.train_labels import OUTSIDE, Instance, Labels, image_folder, image_name
@@ -85,18 +84,16 @@ def _link(source: Path, goal: Path) -> None:
     try:
         goal.hardlink_to(source)
     except OSError:
-        try:
-            shutil.copyfile(source, goal)
-        except OSError as error:
-            raise DatasetError(goal, f"cannot be written: {error.strerror}") from error
+        write_bytes(goal, source.read_bytes())
 
 
 def _data_yaml(models: Sequence[KeypointModel]) -> str:
     n_keypoints = len(models[0].points)
     names = "".join(f"  {i}: {json.dumps(model.name)}\n" for i, model in enumerate(models))
-    # Mirrored images would show other parts: there is no order of keypoints for them.
+    # No `path`: the paths are then relative to this file's folder, wherever it is moved. And no
+    # `flip_idx`: Ultralytics then mirrors no image, for a mirrored part is another part.
     return (
-        "# Keypoints are those of set.json beside the BOP scenes; train with fliplr=0.\n"
-        "path: .\ntrain: images/train\nval: images/val\n"
-        f"kpt_shape: [{n_keypoints}, 3]\nflip_idx: {list(range(n_keypoints))}\nnames:\n{names}"
+        "# Keypoints are those of set.json beside the BOP scenes.\n"
+        "train: images/train\nval: images/val\n"
+        f"kpt_shape: [{n_keypoints}, 3]\nnames:\n{names}"
     )

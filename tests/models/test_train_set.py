@@ -57,12 +57,6 @@ def test_the_same_seed_gives_the_same_bytes_in_any_order(folder, tmp_path):
     assert contents(tmp_path) == contents(folder)
 
 
-def test_another_seed_gives_another_image(folder, tmp_path, samples):
-    render_train_set(order(tmp_path, count=1, seed=21), jobs=1)
-    other = TrainSet(tmp_path / ASSET)[0]
-    assert (other.image() != samples[0].image()).mean() > 0.5
-
-
 def test_half_of_the_images_show_joined_parts(samples):
     states = {state.name for state in find_asset(ASSET).states if state.links}
     assembled = [sample.labels for sample in samples if sample.labels.is_assembled]
@@ -149,6 +143,8 @@ def test_the_ultralytics_layout_says_the_same(folder, samples):
     root = folder / ASSET / "ultralytics"
     text = (root / "data.yaml").read_text()
     assert "kpt_shape: [17, 3]" in text
+    # Found wherever the folder is, and nothing is mirrored.
+    assert not {"path", "flip_idx"} & {line.split(":")[0] for line in text.splitlines()}
     assert f'  0: "{samples.classes[0].part}"' in text
     n_labels = 0
     for sample in samples:
@@ -298,6 +294,28 @@ def test_a_damaged_entry_is_made_anew(damaged):
     assert len(TrainSet(damaged)) == 3
 
 
+def test_where_the_disk_knows_no_links_images_are_copied(folder, tmp_path, monkeypatch):
+    def refuse(path, source):
+        raise OSError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(Path, "hardlink_to", refuse)
+    render_train_set(order(tmp_path, count=2), jobs=1)
+    for name in ("000000.jpg", "000001.jpg"):
+        own, linked = (
+            each / ASSET / "ultralytics/images/train" / name for each in (tmp_path, folder)
+        )
+        assert own.read_bytes() == linked.read_bytes()
+        assert own.stat().st_nlink == 1
+        assert linked.stat().st_nlink == 2
+
+
+def test_a_lost_image_is_told_when_the_layout_is_written(damaged):
+    (damaged / "train/000000/rgb/000001.jpg").unlink()
+    (damaged / "ultralytics/images/train/000001.jpg").unlink()
+    with pytest.raises(DatasetError, match=r"000001.jpg: is missing: remove the scene's folder"):
+        render_train_set(order(damaged.parent, count=2, depth=False, scale=0.2), jobs=1)
+
+
 def test_one_in_twenty_is_kept_for_validation(samples):
     from snapfit.models.train_labels import Labels
 
@@ -308,3 +326,10 @@ def test_one_in_twenty_is_kept_for_validation(samples):
     assert len(samples.selected(validation=False)) == COUNT
     assert len(samples.selected(validation=False, assembled=True)) == COUNT // 2
     assert samples.selected(validation=True) == []
+
+
+# The last, because it needs another stock of surfaces.
+def test_another_seed_gives_another_image(folder, tmp_path, samples):
+    render_train_set(order(tmp_path, count=1, seed=21), jobs=1)
+    other = TrainSet(tmp_path / ASSET)[0]
+    assert (other.image() != samples[0].image()).mean() > 0.5
