@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -15,6 +16,9 @@ from snapfit.models.viewpoint_model import ViewpointModel
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.kernels.types import Models
 
+_ALIKE = 12.0
+"""Distance in CIELAB below which the edge between two parts cannot be relied upon."""
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
@@ -24,11 +28,13 @@ class Body:
         name: the part's name.
         mesh: surface, metres, body frame.
         views: its sparse viewpoint model.
+        color_rgb: its colour, 0 to 255 each; tells which parts look alike.
     """
 
     name: str
     mesh: Mesh
     views: ViewpointModel
+    color_rgb: tuple[int, int, int] = (160, 160, 160)
 
 
 def load_bodies(
@@ -56,7 +62,8 @@ def load_bodies(
             if progress is not None:
                 progress(f"viewpoint model of {name}", (i + share) / len(parts))
 
-        bodies.append(Body(part.name, part.mesh, load_viewpoint_model(part.mesh, report)))
+        views = load_viewpoint_model(part.mesh, report)
+        bodies.append(Body(part.name, part.mesh, views, part.color_rgb))
     return tuple(bodies)
 
 
@@ -89,6 +96,16 @@ def pack_models(bodies: Sequence[Body], lines_max: int, points_max: int) -> Mode
         line_counts=_counts([body.views.contour_length_m for body in bodies], lines_max),
         point_counts=_counts([body.views.surface_area_m2 for body in bodies], points_max),
     )
+
+
+def alike(bodies: Sequence[Body]) -> npt.NDArray[np.uint8]:
+    """(B, B) 1 where two bodies have nearly the same colour; a body is not its own neighbour."""
+    rgb = np.array([[body.color_rgb for body in bodies]], dtype=np.uint8)
+    lab = cv2.cvtColor(rgb.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)[0]
+    apart = np.linalg.norm(lab[:, None] - lab[None], axis=2)
+    same: npt.NDArray[np.uint8] = (apart < _ALIKE).astype(np.uint8)
+    np.fill_diagonal(same, 0)
+    return same
 
 
 def _addresses(arrays: Sequence[npt.NDArray[np.int16]]) -> npt.NDArray[np.int64]:

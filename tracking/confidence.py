@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from snapfit.tracking.kernels.types import CONSIDERED, OCCLUDED, VALID
+from snapfit.tracking.parameters import LossParameters
 from snapfit.tracking.result import Status
 
 LINE_TOLERANCE_PX = 3.0
@@ -49,6 +50,12 @@ class Evidence:
             visible_points=int(counts[1, CONSIDERED] - counts[1, OCCLUDED]),
         )
 
+    def __add__(self, other: Evidence) -> Evidence:
+        """What is known of two linked bodies together."""
+        return Evidence(
+            *(a + b for a, b in zip(astuple(self), astuple(other), strict=True)),
+        )
+
     @property
     def visibility(self) -> float:
         """Share of the samples that are not hidden, 0 to 1."""
@@ -66,19 +73,7 @@ class Evidence:
         return agreement * min(1.0, (self.lines + self.points) / _ENOUGH_EVIDENCE)
 
 
-@dataclass(frozen=True)
-class LossParameters:
-    """When a part counts as hidden and when as lost.
-
-    Attributes:
-        hidden_evidence: with fewer lines and points than this, a part is hidden.
-        lost_confidence: below this the pose contradicts what is seen ...
-        lost_after_frames: ... and when it has done so for this long, the part is lost.
-    """
-
-    hidden_evidence: int = 20
-    lost_confidence: float = 0.15
-    lost_after_frames: int = 10
+NO_EVIDENCE = Evidence(0, 0, 0, 0, 0, 0, 0)
 
 
 class LossJudge:
@@ -87,26 +82,74 @@ class LossJudge:
     def __init__(self, n_bodies: int, parameters: LossParameters | None = None) -> None:
         self.parameters = parameters or LossParameters()
         self._contradicted = [0] * n_bodies
+        self._doubted = [0] * n_bodies
+        self._usual = [0.0] * n_bodies
 
     def reset(self, body: int) -> None:
         """Forget what was held against a body."""
         self._contradicted[body] = 0
+        self._doubted[body] = 0
 
-    def judge(self, body: int, evidence: Evidence, *, solved: bool) -> Status:
+    def judge(
+        self, body: int, evidence: Evidence, *, solved: bool, carrier: Evidence | None = None
+    ) -> Status:
         """The status of an active body after a frame.
 
-        A hidden part is `predicted`: with next to no evidence its pose stays where it was. A
-        failed Newton step is a loss, never a success.
+        A hidden or doubtful part is `inferred` where its links to others that are seen carry it,
+        else `predicted`: its pose stays where it was. A failed Newton step is a loss, never a
+        success.
+
+        Args:
+            body: its index.
+            evidence: of the body itself.
+            solved: whether the last refinement could be solved.
+            carrier: evidence of the bodies that it is linked to and that can be believed, itself
+                left out; None if free.
         """
         if not solved:
             return Status.LOST
-        lost = self._contradicted[body] >= self.parameters.lost_after_frames
-        if evidence.lines + evidence.points < self.parameters.hidden_evidence:
+        if self.is_hidden(evidence):
             # What was refuted before it was hidden stays refuted.
-            return Status.LOST if lost else Status.PREDICTED
-        if evidence.confidence < self.parameters.lost_confidence:
-            self._contradicted[body] += 1
-        else:
+            return self._status(body, self._carried(carrier) or Status.PREDICTED)
+        if self._is_doubtful(body, evidence):
+            return self._carried(carrier) or Status.PREDICTED
+        if evidence.confidence >= self.parameters.lost_confidence:
             self._contradicted[body] = 0
+            return Status.TRACKED
+        if (carried := self._carried(carrier)) is not None:
+            return carried
+        self._contradicted[body] += 1
+        return self._status(body, Status.TRACKED)
+
+    def is_hidden(self, evidence: Evidence) -> bool:
+        """Whether next to nothing is seen."""
+        p = self.parameters
+        little = evidence.lines + evidence.points < p.hidden_evidence
+        return little or evidence.visibility < p.hidden_visibility
+
+    def is_believed(self, body: int, evidence: Evidence) -> bool:
+        """Whether a body is seen, and agrees with what is seen about as well as it usually does."""
+        p = self.parameters
+        least = max(p.lost_confidence, p.doubt * self._usual[body])
+        return not self.is_hidden(evidence) and evidence.confidence >= least
+
+    def _is_doubtful(self, body: int, evidence: Evidence) -> bool:
+        """Whether a pose is much worse than usual, for not too long; learns what is usual."""
+        p = self.parameters
+        doubtful = evidence.confidence < p.doubt * self._usual[body]
+        self._doubted[body] = self._doubted[body] + 1 if doubtful else 0
+        if doubtful and self._doubted[body] <= p.doubt_frames:
+            return True
+        rate = p.usual_rate if self._usual[body] else 1.0
+        self._usual[body] += rate * (evidence.confidence - self._usual[body])
+        return False
+
+    def _status(self, body: int, status: Status) -> Status:
         lost = self._contradicted[body] >= self.parameters.lost_after_frames
-        return Status.LOST if lost else Status.TRACKED
+        return Status.LOST if lost else status
+
+    def _carried(self, carrier: Evidence | None) -> Status | None:
+        """`inferred` where the other bodies of a structure are seen and agree."""
+        if carrier is None or carrier.lines + carrier.points < self.parameters.hidden_evidence:
+            return None
+        return Status.INFERRED if carrier.confidence >= self.parameters.lost_confidence else None

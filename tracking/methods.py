@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -10,14 +12,108 @@ import numpy as np
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
+from snapfit.tracking.assembly.parameters import AssemblyParameters
 from snapfit.tracking.body import load_bodies
 from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.following import PAPER_GRAPH, GraphParameters
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.parameters import TrackerParameters
+from snapfit.tracking.parameters import (
+    NO_MOTION,
+    LossParameters,
+    MotionParameters,
+    TrackerParameters,
+)
 from snapfit.tracking.tracker import Tracker
 
-METHODS = MappingProxyType({"icg": TrackerParameters()})
-"""`icg`: region and depth modality of every body by itself (Stoiber et al., ICG, CVPR 2022)."""
+
+@dataclass(frozen=True)
+class Method:
+    """A composition by name.
+
+    Attributes:
+        summary: what it is, with its source.
+        parameters: of modalities and optimiser.
+        graph: how it follows the assembly graph; None where it tracks every part by itself.
+        ablation_of: the method that it is without one of its pieces; empty for others.
+    """
+
+    summary: str
+    parameters: TrackerParameters = field(default_factory=TrackerParameters)
+    graph: GraphParameters | None = None
+    ablation_of: str = ""
+
+    @property
+    def needs_true_state(self) -> bool:
+        """Whether it must be told the assembly state of each frame."""
+        return self.graph is not None and self.graph.is_told
+
+
+_ICG = TrackerParameters()
+_CHECKED = replace(_ICG.occlusion, region_checking=True, held_threshold_m=0.01)
+_GBOT = replace(
+    _ICG,
+    occlusion=_CHECKED,
+    motion=MotionParameters(),
+    loss=LossParameters(doubt=0.55),
+    regains=True,
+)
+_RIGID = GraphParameters(is_rigid=True)
+_HASTY = GraphParameters(judge=AssemblyParameters(close_frames=1, near_frames=1, undone_frames=1))
+
+METHODS: Mapping[str, Method] = MappingProxyType(
+    {
+        "srt3d": Method(
+            "region modality alone (Stoiber et al., SRT3D, IJCV 2022)",
+            replace(_ICG, depth=None, occlusion=replace(_ICG.occlusion, measured=False)),
+        ),
+        "icg": Method(
+            "region and depth modality, every part by itself (Stoiber et al., ICG, 2022)"
+        ),
+        "icg+srt3d": Method(
+            "icg, its pose refined by the region modality alone (Li et al., 2023)",
+            replace(_ICG, refined_by_region=True),
+        ),
+        "mbicg": Method(
+            "one structure of joints, told from outside (Stoiber et al., Mb-ICG, 2022)",
+            _ICG,
+            GraphParameters(is_told=True),
+        ),
+        "gbot-paper": Method(
+            "the multi-state assembly graph as published: forward only, thresholds alone, rigid",
+            _ICG,
+            PAPER_GRAPH,
+        ),
+        "gbot": Method(
+            "the multi-state assembly graph with joints, both ways, and a motion prior",
+            _GBOT,
+            GraphParameters(),
+        ),
+        "gbot-without-graph": Method("gbot, every part by itself", _GBOT, None, "gbot"),
+        "gbot-without-region-checking": Method(
+            "gbot, where the edge between like parts counts as a contour",
+            replace(_GBOT, occlusion=_ICG.occlusion),
+            GraphParameters(),
+            "gbot",
+        ),
+        "gbot-without-hysteresis": Method(
+            "gbot that switches at once, in both directions", _GBOT, _HASTY, "gbot"
+        ),
+        "gbot-rigid": Method("gbot with rigid links only", _GBOT, _RIGID, "gbot"),
+        "gbot-without-motion": Method(
+            "gbot without the motion prior",
+            replace(_GBOT, motion=NO_MOTION),
+            GraphParameters(),
+            "gbot",
+        ),
+        "gbot-without-regain": Method(
+            "gbot that does not look for lost parts",
+            replace(_GBOT, regains=False),
+            GraphParameters(),
+            "gbot",
+        ),
+    }
+)
+"""The methods by name."""
 
 Progress = Callable[[str, float], None]
 
@@ -44,17 +140,18 @@ def create_tracker(
         TrackingError: the method is unknown, or there is nothing to track.
         ViewpointModelError: a viewpoint model can neither be read nor made.
     """
-    del asset  # No method knows the assembly graph yet.
     if method not in METHODS:
         known = ", ".join(METHODS)
         raise TrackingError(f"there is no method {method!r}; the methods are {known}")
     bodies = load_bodies(parts, progress)
     if progress is not None:
         progress("compiling the tracker's kernels", 0.0)
-    warm_up(Tracker(bodies, camera, METHODS[method]))
+    chosen = METHODS[method]
+    make = partial(Tracker, bodies, camera, chosen.parameters, asset=asset, graph=chosen.graph)
+    warm_up(make())
     if progress is not None:
         progress("compiling the tracker's kernels", 1.0)
-    return Tracker(bodies, camera, METHODS[method])
+    return make()
 
 
 def warm_up(tracker: Tracker) -> None:

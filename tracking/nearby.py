@@ -65,7 +65,6 @@ def occlusion_settings(parameters: OcclusionParameters, *, has_depth: bool) -> O
         measured=parameters.measured and has_depth,
         modelled=parameters.modelled,
         radius=np.float32(parameters.radius_m),
-        measured_threshold=np.float32(parameters.measured_threshold_m),
         modelled_threshold=np.float32(parameters.modelled_threshold_m),
         image_scale=np.float32(parameters.image_scale),
     )

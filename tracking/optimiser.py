@@ -7,22 +7,24 @@ loop; each is a compiled call for all bodies at once.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
-from snapfit.tracking.body import Body, pack_models
+from snapfit.tracking.body import Body, alike, pack_models
 from snapfit.tracking.color_histograms import N_COLORS, ColorHistograms
-from snapfit.tracking.confidence import LINE_TOLERANCE_PX, POINT_TOLERANCE_M
+from snapfit.tracking.confidence import LINE_TOLERANCE_PX, POINT_TOLERANCE_M, Evidence
 from snapfit.tracking.depth_modality import depth_settings, empty_points
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.frame import Frame, check_frame
 from snapfit.tracking.kernel_cameras import kernel_cameras
 from snapfit.tracking.kernels.evidence import weigh_bodies
+from snapfit.tracking.kernels.motion import predict
 from snapfit.tracking.kernels.refine import refine
-from snapfit.tracking.kernels.types import CONSIDERED, OCCLUDED, VALID, Bodies, Images
+from snapfit.tracking.kernels.types import CONSIDERED, OCCLUDED, VALID, Bodies, Images, Models
 from snapfit.tracking.kinematics import KinematicStructures
 from snapfit.tracking.nearby import NearbyRendering, occlusion_settings
 from snapfit.tracking.parameters import DepthParameters, RegionParameters, TrackerParameters
@@ -32,6 +34,29 @@ from snapfit.tracking.threads import parallel_kernels, prepare_threading_layer
 _PARTS_A_BODY = 4
 """Pieces that a body's lines and points are cut into, so that one body keeps two cores busy."""
 _ENOUGH_POINTS, _NOISE_RATE = 40, 0.3
+
+
+class Motion(NamedTuple):
+    """Where all was: poses (B, 4, 4) and joints' coordinates (B, 2)."""
+
+    poses: npt.NDArray[np.float64]
+    q: npt.NDArray[np.float64]
+
+
+class Attempt(NamedTuple):
+    """What came of a pose that was tried out.
+
+    Attributes:
+        camera_from_body: refined.
+        likelihood: its logarithm.
+        evidence: what of the frame agrees.
+        solved: whether the refinement could be solved.
+    """
+
+    camera_from_body: Pose
+    likelihood: float
+    evidence: Evidence
+    solved: bool
 
 
 class Optimiser:
@@ -57,6 +82,10 @@ class Optimiser:
         n_points = depth.points_max if depth and camera.depth else 0
         self._kept_alive = tuple(bodies)
         self._models = pack_models(bodies, n_lines, n_points)
+        self._alike = alike(bodies)
+        if not parameters.occlusion.region_checking:
+            self._alike[:] = 0
+        self._hiding = np.full(n, parameters.occlusion.measured_threshold_m, dtype=np.float32)
         self._bodies = _empty_bodies(n)
         self.structures = KinematicStructures(n)
         self._lines = empty_lines(n, n_lines)
@@ -72,6 +101,7 @@ class Optimiser:
         self._tikhonov = np.array(
             [parameters.optimiser.tikhonov_rotation, parameters.optimiser.tikhonov_translation]
         )
+        self._alone = KinematicStructures(n)
         self._counts = np.zeros((n, _PARTS_A_BODY, 2, 4), dtype=np.int64)
         self._images: Images | None = None
         depth_camera = camera.depth or camera.color
@@ -90,6 +120,50 @@ class Optimiser:
     def pose(self, body: int) -> Pose:
         """`camera_from_body` of a body."""
         return Pose(self._bodies.poses[body])
+
+    @property
+    def poses(self) -> npt.NDArray[np.float64]:
+        """(B, 4, 4) `camera_from_body` of all bodies; theirs, not a copy."""
+        return self._bodies.poses
+
+    @property
+    def tables(self) -> npt.NDArray[np.float32]:
+        """(B, 4096) posterior of each body's foreground, by colour."""
+        return self._bodies.tables
+
+    @property
+    def nearby_id(self) -> npt.NDArray[np.uint8]:
+        """(h, w) the small rendering: index of the body in front + 1."""
+        return self._nearby.part_id
+
+    def move(self, body: int, pose: Pose) -> None:
+        """Put a body, and all that it carries, at another pose; what was learned stays."""
+        self._bodies.active[body] = 1
+        self._bodies.poses[body] = pose.matrix
+        self.structures.place(body, self._bodies.poses)
+
+    def carry_back(self, body: int, pose: Pose) -> None:
+        """Put a whole structure where one of its bodies stands; the joints stay as they are."""
+        root = self.structures.root(body)
+        chain = Pose.identity()
+        while (parent := self.structures.parent(body)) is not None:
+            chain = self.structures.parent_from_child(body) @ chain
+            body = parent
+        self.move(root, pose @ chain.inverse())
+
+    def trust(self, body: int, *, well_known: bool) -> None:
+        """Whether a body's pose is known so well that something close before it must hide it."""
+        occlusion = self._parameters.occlusion
+        known, rough = occlusion.held_threshold_m, occlusion.measured_threshold_m
+        self._hiding[body] = known if well_known else rough
+
+    def motion(self) -> Motion:
+        """Where all is now, for `predict`; a copy."""
+        return Motion(self._bodies.poses.copy(), self.structures.arrays.q.copy())
+
+    def activate(self, body: int) -> None:
+        """Let a body take part from where it stands."""
+        self._bodies.active[body] = 1
 
     def is_active(self, body: int) -> bool:
         """Whether a body takes part."""
@@ -135,6 +209,8 @@ class Optimiser:
             near_depth=self._nearby.depth,
             near_id=self._nearby.part_id,
             neighboured=self._nearby.neighboured,
+            alike=self._alike,
+            hiding=self._hiding,
         )
 
     def correspond(self) -> None:
@@ -145,6 +221,57 @@ class Optimiser:
         """Correspond, differentiate and solve, coarse to fine."""
         optimiser = self._parameters.optimiser
         self._run(optimiser.correspondence_iterations, optimiser.update_iterations)
+
+    def refine_by_region(self) -> None:
+        """Refine once more by the region modality alone (ICG+SRT3D, Li et al.)."""
+        points = np.zeros_like(self._models.point_counts)
+        optimiser = self._parameters.optimiser
+        self._run(
+            optimiser.correspondence_iterations,
+            optimiser.update_iterations,
+            self._models._replace(point_counts=points),
+        )
+
+    def predict(self, before: Motion, moving: npt.NDArray[np.uint8]) -> None:
+        """Move on what moved, as far as the motion prior goes; (B,) `moving` where it may."""
+        motion = self._parameters.motion
+        predict(
+            self._bodies,
+            self.structures.arrays,
+            before.poses,
+            before.q,
+            moving,
+            motion.damping,
+            motion.least_turn_rad,
+            motion.least_way_m,
+        )
+
+    def attempt(self, body: int, pose: Pose) -> Attempt:
+        """What the frame makes of a body that starts from a pose, free; nothing is changed."""
+        bodies, structures = self._bodies, self.structures
+        kept = bodies.active.copy(), bodies.poses[body].copy(), bodies.solved.copy()
+        scores = self.support.copy(), self.likelihoods.copy(), self._counts[body].copy()
+        errors, scale = self._depth_errors.copy(), bodies.depth_scales.copy()
+        hiding = self._hiding[body]
+        self.trust(body, well_known=False)
+        bodies.active[:] = 0
+        bodies.active[body] = 1
+        bodies.poses[body] = pose.matrix
+        self.structures = self._alone
+        self.refine()
+        self.weigh()
+        found = Attempt(
+            Pose(bodies.poses[body].copy()),
+            float(self.likelihoods[body]),
+            Evidence.of(self.counts(body), self.support[body]),
+            self.is_solved(body),
+        )
+        self.structures = structures
+        bodies.active[:], bodies.poses[body], bodies.solved[:] = kept
+        self.support[:], self.likelihoods[:], self._counts[body] = scores
+        self._depth_errors[:], bodies.depth_scales[:] = errors, scale
+        self._hiding[body] = hiding
+        return found
 
     def weigh(self) -> None:
         """Write `support` and `likelihoods` of the poses."""
@@ -198,7 +325,7 @@ class Optimiser:
             raise TrackingError("there is no frame yet: call `see` first")
         return self._images
 
-    def _run(self, iterations: int, updates: int) -> None:
+    def _run(self, iterations: int, updates: int, models: Models | None = None) -> None:
         with parallel_kernels:
             refine(
                 iterations,
@@ -206,7 +333,7 @@ class Optimiser:
                 _PARTS_A_BODY,
                 self._seen,
                 self._cameras,
-                self._models,
+                models or self._models,
                 self._bodies,
                 self.structures.arrays,
                 self._region,

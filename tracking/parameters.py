@@ -114,16 +114,22 @@ class OcclusionParameters:
     Attributes:
         measured, modelled: whether each is looked at.
         radius_m: around a contour or surface point.
-        measured_threshold_m: how much nearer than the model something measured must be.
+        measured_threshold_m: how much nearer than the model something measured must be where the
+            pose is rough ...
+        held_threshold_m: ... and where it is known well: a hand lies on the part that it holds.
         modelled_threshold_m: how much nearer another tracked part must be.
+        region_checking: another tracked part of like colour beyond the contour makes it none: the
+            edge between two joined parts of one colour cannot be seen.
         image_scale: size of the modelled rendering, in colour image sizes.
         faces_max: faces of a part in the modelled rendering.
     """
 
     measured: bool = True
     modelled: bool = True
+    region_checking: bool = False
     radius_m: float = 0.005
     measured_threshold_m: float = 0.035
+    held_threshold_m: float = 0.035
     modelled_threshold_m: float = 0.005
     image_scale: float = 0.25
     faces_max: int = 800
@@ -163,8 +169,55 @@ class StartParameters:
 
 
 @dataclass(frozen=True)
+class LossParameters:
+    """When a part counts as hidden, as doubtful and as lost.
+
+    Attributes:
+        hidden_evidence: with fewer lines and points than this, a part is hidden ...
+        hidden_visibility: ... and so it is where less of it is unoccluded.
+        lost_confidence: below this the pose contradicts what is seen ...
+        lost_after_frames: ... and when it has done so for this long, the part is lost.
+        doubt: with less than this share of its usual confidence a pose is not believed: what is
+            seen is then a hand, or the part from a side that was not expected.
+        doubt_frames: so long; then what is seen becomes the usual.
+        usual_rate: share of the newest frame in the usual confidence.
+    """
+
+    hidden_evidence: int = 20
+    hidden_visibility: float = 0.1
+    lost_confidence: float = 0.15
+    lost_after_frames: int = 10
+    doubt: float = 0.0
+    doubt_frames: int = 60
+    usual_rate: float = 0.1
+
+
+@dataclass(frozen=True)
+class MotionParameters:
+    """The motion prior: constant velocity, damped.
+
+    Attributes:
+        damping: share of the last motion that is expected again; 0 switches the prior off.
+        least_turn_rad: what turns by less ...
+        least_way_m: ... and moves by less is at rest, and stays there.
+    """
+
+    damping: float = 0.8
+    least_turn_rad: float = 0.01
+    least_way_m: float = 0.001
+
+
+NO_MOTION = MotionParameters(damping=0.0)
+
+
+@dataclass(frozen=True)
 class TrackerParameters:
-    """All that a tracker needs to know beside bodies and cameras."""
+    """All that a tracker needs to know beside bodies and cameras.
+
+    Attributes:
+        refined_by_region: the pose is refined once more, by the region modality alone.
+        regains: lost parts are looked for by their colours.
+    """
 
     region: RegionParameters | None = field(default_factory=RegionParameters)
     depth: DepthParameters | None = field(default_factory=DepthParameters)
@@ -172,6 +225,10 @@ class TrackerParameters:
     occlusion: OcclusionParameters = field(default_factory=OcclusionParameters)
     optimiser: OptimiserParameters = field(default_factory=OptimiserParameters)
     start: StartParameters = field(default_factory=StartParameters)
+    motion: MotionParameters = NO_MOTION
+    loss: LossParameters = field(default_factory=LossParameters)
+    refined_by_region: bool = False
+    regains: bool = False
 
     def __post_init__(self) -> None:
         if self.region is None and self.depth is None:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.pose import Pose
+
+if TYPE_CHECKING:
+    from snapfit.tracking.assembly.estimate import AssemblyEstimate
 
 
 class Status(StrEnum):
@@ -33,6 +37,7 @@ class PartEstimate:
         covariance: (6, 6) of the right perturbation in the body frame, rotation (rad) then
             translation (m); None without a pose.
         visibility: share of the part's contour and surface samples that are unoccluded, 0 to 1.
+        linked_to: name of the part that carries it; None where it is free.
     """
 
     part: str
@@ -41,6 +46,7 @@ class PartEstimate:
     camera_from_body: Pose | None
     covariance: npt.NDArray[np.float64] | None = None
     visibility: float = 0.0
+    linked_to: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +59,7 @@ class TrackingResult:
         parts: one estimate for each tracked part, in the order of the asset.
         duration_ms: time that tracking took for the whole frame.
         state: the assembly state; None where the method does not judge it.
+        assembly: all that is said of the assembly; None likewise.
     """
 
     frame: str
@@ -60,3 +67,4 @@ class TrackingResult:
     parts: tuple[PartEstimate, ...]
     duration_ms: float
     state: str | None = None
+    assembly: AssemblyEstimate | None = None

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from snapfit.models.asset import Asset
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import Body
-from snapfit.tracking.confidence import Evidence, LossJudge
+from snapfit.tracking.confidence import NO_EVIDENCE, Evidence, LossJudge
 from snapfit.tracking.errors import TrackingError
-from snapfit.tracking.frame import Frame
+from snapfit.tracking.following import GraphFollower, GraphParameters
+from snapfit.tracking.frame import Frame, check_frame
 from snapfit.tracking.optimiser import Optimiser
 from snapfit.tracking.parameters import StartParameters, TrackerParameters
+from snapfit.tracking.regain import Regainer
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.start import start_variations
+
+_IN_DOUBT, _MARGIN, _PROBATION_FRAMES = 0.5, 60.0, 45
 
 
 class Tracker:
@@ -33,11 +38,21 @@ class Tracker:
         bodies: Sequence[Body],
         camera: RgbdCamera,
         parameters: TrackerParameters | None = None,
+        *,
+        asset: Asset | None = None,
+        graph: GraphParameters | None = None,
     ) -> None:
         """Make a tracker; nothing is tracked before `start`.
 
+        Args:
+            bodies: what is tracked.
+            camera: where the frames come from.
+            parameters: of the modalities and the optimiser.
+            asset: with the assembly graph that is followed; needed with `graph`.
+            graph: how the assembly graph is followed; None to track every body by itself.
+
         Raises:
-            TrackingError: no body, or depth alone without a depth camera.
+            TrackingError: no body, depth alone without a depth camera, or no assembly graph.
         """
         if not bodies:
             raise TrackingError("a tracker needs at least one body")
@@ -46,7 +61,18 @@ class Tracker:
         self.camera = camera
         self._start_parameters: StartParameters = parameters.start
         self._optimiser = Optimiser(bodies, camera, parameters)
-        self._judge = LossJudge(len(bodies))
+        self._judge = LossJudge(len(bodies), parameters.loss)
+        self._parameters = parameters
+        self._graph: GraphFollower | None = None
+        if graph is not None:
+            if asset is None:
+                raise TrackingError("this method follows an assembly graph: name an asset")
+            self._graph = GraphFollower(asset, self.names, self._optimiser, graph)
+        self._regainer = Regainer(bodies, camera, self._optimiser) if parameters.regains else None
+        self._before = self._optimiser.motion()
+        self._moving = np.zeros(len(bodies), dtype=np.uint8)
+        self._trusted: dict[int, Pose] = {}
+        self._probation = [0] * len(bodies)
 
     def start(self, frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
         """Begin to track parts whose poses are known roughly; others are followed as in `track`.
@@ -88,20 +114,78 @@ class Tracker:
             FrameError: the frame does not fit the camera; nothing has changed then.
         """
         begin = time.perf_counter()
+        check_frame(frame, self.camera)
+        last = self._optimiser.motion()
+        self._optimiser.predict(self._before, self._moving)
+        self._before = last
+        predicted = self._optimiser.poses.copy()
         self._optimiser.see(frame)
         self._optimiser.refine()
+        if self._parameters.refined_by_region:
+            self._optimiser.refine_by_region()
         self._optimiser.weigh()
-        estimates = tuple(self._estimate(body) for body in range(len(self.names)))
+        estimates = self._estimates(predicted)
         # A pose that contradicts what is seen is still `tracked` for some frames of patience, but
         # its colours would be those of the background.
         believed = [
-            estimate.status is Status.TRACKED
-            and estimate.confidence >= self._judge.parameters.lost_confidence
-            for estimate in estimates
+            each.status is Status.TRACKED
+            and each.confidence >= self._judge.parameters.lost_confidence
+            for each in estimates
         ]
         self._optimiser.learn(np.array(believed, dtype=np.int64))
+        self._moving[:] = [each.status is Status.TRACKED for each in estimates]
+        for body, each in enumerate(estimates):
+            known = each.status is Status.TRACKED and each.confidence > _IN_DOUBT
+            self._optimiser.trust(body, well_known=known or each.status is Status.PREDICTED)
+        assembly = None
+        if self._graph is not None:
+            assembly, jumped = self._graph.follow(estimates)
+            self._halt(jumped)
+        if self._regainer is not None:
+            self._regain(self._regainer, frame, estimates)
         duration_ms = (time.perf_counter() - begin) * 1e3
-        return TrackingResult(frame.name, frame.captured_at_ns, estimates, duration_ms)
+        state = None if self._graph is None else self._graph.state
+        return TrackingResult(
+            frame.name, frame.captured_at_ns, estimates, duration_ms, state, assembly
+        )
+
+    def set_state(self, state: str) -> None:
+        """Say which assembly state holds, as an operator does.
+
+        Raises:
+            TrackingError: no such state, or this tracker follows no assembly graph.
+        """
+        if self._graph is None:
+            raise TrackingError("this method follows no assembly graph: there is no state to set")
+        self._halt(self._graph.set_state(state))
+
+    def _halt(self, jumped: Iterable[str]) -> None:
+        """A pose that jumped says nothing of a motion."""
+        for name in jumped:
+            body = self.names.index(name)
+            self._moving[self._optimiser.structures.members(body)] = 0
+
+    def _regain(self, regainer: Regainer, frame: Frame, estimates: Sequence[PartEstimate]) -> None:
+        """Look for parts that are lost, hidden or in doubt, or were found again just now."""
+        wanted = {}
+        for body, each in enumerate(estimates):
+            sure = each.status is Status.TRACKED and each.confidence >= _IN_DOUBT
+            if sure:
+                self._trusted[body] = self._optimiser.pose(body)
+                self._probation[body] -= min(self._probation[body], 1)
+            carried = each.status is Status.INFERRED
+            if body in self._trusted and not carried and (not sure or self._probation[body]):
+                wanted[body] = self._trusted[body]
+        for body, found in regainer.search(frame, wanted).items():
+            tracked = estimates[body].status is Status.TRACKED
+            better = found.likelihood > self._optimiser.likelihoods[body] + _MARGIN
+            if better or not tracked:
+                self._optimiser.carry_back(body, found.camera_from_body)
+                members = self._optimiser.structures.members(body)
+                self._moving[members] = 0
+                for member in members:
+                    self._judge.reset(int(member))
+                self._probation[body] = _PROBATION_FRAMES
 
     def _settle(
         self, frame: Frame, which: npt.NDArray[np.int64], camera_from_body: Mapping[str, Pose]
@@ -117,21 +201,56 @@ class Tracker:
         self._optimiser.weigh()
         self._optimiser.learn(which, afresh_beyond_px=0.0)
 
-    def _estimate(self, body: int) -> PartEstimate:
+    def _estimates(self, predicted: npt.NDArray[np.float64]) -> tuple[PartEstimate, ...]:
+        """What can be said of all bodies after a frame; hidden ones go back to `predicted`."""
+        optimiser = self._optimiser
+        evidence = [
+            Evidence.of(optimiser.counts(body), optimiser.support[body])
+            for body in range(len(self.names))
+        ]
+        believed = [self._judge.is_believed(body, each) for body, each in enumerate(evidence)]
+        estimates = []
+        for body in range(len(self.names)):
+            members = [int(member) for member in optimiser.structures.members(body)]
+            carrier = None
+            if len(members) > 1:
+                others = (evidence[m] for m in members if m != body and believed[m])
+                carrier = sum(others, NO_EVIDENCE)
+                if not any(believed[m] for m in members):
+                    # Nobody of the module is seen well: it stays where it was expected.
+                    optimiser.move(body, Pose(predicted[body]))
+            estimates.append(self._estimate(body, evidence[body], carrier, predicted[body]))
+        return tuple(estimates)
+
+    def _estimate(
+        self,
+        body: int,
+        evidence: Evidence,
+        carrier: Evidence | None,
+        predicted: npt.NDArray[np.float64],
+    ) -> PartEstimate:
         """What can be said of a body after a frame."""
-        name = self.names[body]
-        if not self._optimiser.is_active(body):
+        name, optimiser = self.names[body], self._optimiser
+        if not optimiser.is_active(body):
             return PartEstimate(name, Status.SEARCHING, 0.0, None)
-        evidence = Evidence.of(self._optimiser.counts(body), self._optimiser.support[body])
-        status = self._judge.judge(body, evidence, solved=self._optimiser.is_solved(body))
+        status = self._judge.judge(
+            body, evidence, solved=optimiser.is_solved(body), carrier=carrier
+        )
         if status is Status.LOST:
-            self._optimiser.drop_if_diverged(body)
+            optimiser.drop_if_diverged(body)
             return PartEstimate(name, status, 0.0, None, visibility=evidence.visibility)
+        if status is Status.PREDICTED and carrier is None:
+            # Next to no evidence would only make it drift.
+            optimiser.move(body, Pose(predicted))
+        confidence = evidence.confidence
+        if status is Status.INFERRED and carrier is not None:
+            confidence = carrier.confidence
         return PartEstimate(
             name,
             status,
-            evidence.confidence,
-            self._optimiser.pose(body),
-            self._optimiser.covariance(body),
+            confidence,
+            optimiser.pose(body),
+            optimiser.covariance(body),
             evidence.visibility,
+            self._graph.parent_of(name) if self._graph is not None else None,
         )

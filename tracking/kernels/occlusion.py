@@ -59,7 +59,14 @@ def hidden(
         ):
             return True
     return settings.measured and hidden_measured(
-        images.depth, intrinsics(cameras.depth), cameras.depth_unit, x, y, z, offset, settings
+        images.depth,
+        intrinsics(cameras.depth),
+        cameras.depth_unit,
+        x,
+        y,
+        z,
+        offset + images.hiding[body],
+        settings,
     )
 
 
@@ -81,12 +88,12 @@ def hidden_measured(
         camera: the depth camera.
         unit: metres a count.
         x, y, z: the point.
-        offset: how much nearer the body's own surface comes within the radius, m.
-        settings: radius and threshold.
+        offset: how much nearer something must be to hide the point, m.
+        settings: radius.
     """
     if z <= 0.0:
         return False
-    limit = int((z - offset - settings.measured_threshold) / unit)
+    limit = int((z - offset) / unit)
     u = camera.fx * x / z + camera.cx
     v = camera.fy * y / z + camera.cy
     radius = settings.radius * camera.fx / z

@@ -35,6 +35,8 @@ from snapfit.tracking.kernels.types import (
 _TAPS = 8
 _BINS = 12
 _SEGMENTS = _TAPS + _BINS - 1
+_BEYOND_PX = (5.0, 9.0)
+"""Where the neighbour of a contour point is looked for; a pixel of the small rendering is 4."""
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)
@@ -103,6 +105,11 @@ def find_lines(
         length = math.sqrt(nx * nx + ny * ny)
         if length < 1e-3:
             continue
+        if images.neighboured[body] and runs_into_alike(
+            body, images, u, v, nx / length, ny / length, occlusion.image_scale
+        ):
+            counts[OCCLUDED] += 1
+            continue
         place_of[i, 0], place_of[i, 1] = u, v
         place_of[i, 2], place_of[i, 3] = nx / length, ny / length
         place_of[i, 6], place_of[i, 7] = foreground, background
@@ -113,6 +120,36 @@ def find_lines(
         point_of[i, 0], point_of[i, 1], point_of[i, 2] = px, py, pz
         valid_of[i] = 1
         counts[VALID] += 1
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def runs_into_alike(
+    body: int,
+    images: Images,
+    u: np.float32,
+    v: np.float32,
+    nu: np.float32,
+    nv: np.float32,
+    image_scale: np.float32,
+) -> bool:
+    """Whether a body of the same colour lies just beyond a contour point: no edge is seen there.
+
+    Args:
+        body: index of the body.
+        images: the small rendering, and which bodies are alike.
+        u, v: the contour point, px.
+        nu, nv: unit normal, from the body outwards.
+        image_scale: size of the small rendering, in colour image sizes.
+    """
+    height, width = images.near_id.shape
+    for reach_px in _BEYOND_PX:
+        column = int((u + reach_px * nu + 0.5) * image_scale)
+        row = int((v + reach_px * nv + 0.5) * image_scale)
+        if 0 <= column < width and 0 <= row < height:
+            other = images.near_id[row, column]
+            if other != 0 and images.alike[body, other - 1]:
+                return True
+    return False
 
 
 @njit(cache=True, nogil=True, fastmath=FAST)

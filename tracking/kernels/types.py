@@ -48,6 +48,8 @@ class Images(NamedTuple):
         near_depth, near_id: the small rendering of all bodies at their predicted poses; depth in
             m, 0 is nothing; id is the body's index + 1.
         neighboured: (B,) 1 where another body's image may touch the body's.
+        alike: (B, B) 1 where two bodies have the same colour.
+        hiding: (B,) how much nearer than a body something measured must be to hide it, m.
     """
 
     color: U8
@@ -55,6 +57,8 @@ class Images(NamedTuple):
     near_depth: F32
     near_id: U8
     neighboured: U8
+    alike: U8
+    hiding: F32
 
 
 class Cameras(NamedTuple):
@@ -172,12 +176,11 @@ class DepthSettings(NamedTuple):
 
 
 class OcclusionSettings(NamedTuple):
-    """Measured and modelled occlusion."""
+    """Measured and modelled occlusion; see `OcclusionParameters`."""
 
     measured: bool
     modelled: bool
     radius: np.float32
-    measured_threshold: np.float32
     modelled_threshold: np.float32
     image_scale: np.float32
 

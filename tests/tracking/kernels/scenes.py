@@ -130,6 +130,8 @@ def images_of(color: Array | None = None, depth: Array | None = None, n_bodies: 
         near_depth=np.zeros((1, 1), dtype=np.float32),
         near_id=np.zeros((1, 1), dtype=np.uint8),
         neighboured=np.zeros(n_bodies, dtype=np.uint8),
+        alike=np.zeros((n_bodies, n_bodies), dtype=np.uint8),
+        hiding=np.full(n_bodies, 0.02, dtype=np.float32),
     )
 
 
@@ -139,7 +141,6 @@ def occlusion(*, measured: bool = False, modelled: bool = False) -> OcclusionSet
         measured=measured,
         modelled=modelled,
         radius=np.float32(0.01),
-        measured_threshold=np.float32(0.02),
         modelled_threshold=np.float32(0.005),
         image_scale=np.float32(0.5),
     )

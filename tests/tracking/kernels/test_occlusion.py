@@ -35,7 +35,7 @@ def kernel_measured(
         kernel_camera(),
         np.float32(unit_m),
         *point.astype(np.float32),
-        np.float32(offset_m),
+        np.float32(offset_m + THRESHOLD_M),
         occlusion(measured=True),
     )
     return hidden

@@ -131,6 +131,8 @@ def make_world() -> World:
         near_depth=np.zeros((1, 1), dtype=np.float32),
         near_id=np.zeros((1, 1), dtype=np.uint8),
         neighboured=np.zeros(2, dtype=np.uint8),
+        alike=np.zeros((2, 2), dtype=np.uint8),
+        hiding=np.full(2, 0.035, dtype=np.float32),
     )
     tables = np.array([_table(color, picture.part_id == i + 1) for i in range(2)])
     models = pack_models(bodies, LINES_MAX, POINTS_MAX)
