@@ -22,7 +22,7 @@ from snapfit.tracking.result import PartEstimate, Status
 
 _SAME_M, _SAME_RAD = 0.006, math.radians(8)
 _CONVINCING = 0.5
-_BETTER = 1.15
+_BETTER, _VISIBLE = 1.15, 0.2
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,8 @@ class GraphFollower:
 
     def follow(self, estimates: Sequence[PartEstimate]) -> tuple[AssemblyEstimate, tuple[str, ...]]:
         """Judge a frame, and link or unlink parts; returns the parts whose pose jumped, too."""
+        if self._parameters.is_told:
+            return self._told(), ()
         self._frame += 1
         self._is_seen = {each.part: each.status is Status.TRACKED for each in estimates}
         free = {} if self._parameters.judge.thresholds_alone else self._try_without_link(estimates)
@@ -116,13 +118,27 @@ class GraphFollower:
         assembly = self._judge.update(observations, self._frame, self._probe)
         return assembly, () if assembly.changed is None else self._link()
 
+    def _told(self) -> AssemblyEstimate:
+        """The assembly as somebody said that it is."""
+        graph, state = self._judge.graph, self._judge.state
+        finished = tuple(step.name for step in graph.path_to(state))
+        coming = tuple(step.name for step in graph.next_steps(state))
+        return AssemblyEstimate(state, 1.0, None, finished, coming)
+
     def _link(self) -> tuple[str, ...]:
-        self._shadows.clear()
         state = self._judge.graph.states[self._judge.state]
-        return self._linker.apply(state.links, self._is_seen)
+        jumped = self._linker.apply(state.links, self._is_seen)
+        # What has come off goes where it was found to be by itself.
+        freed = {name: pose for name, pose in self._shadows.items() if not self._is_linked(name)}
+        for name, pose in freed.items():
+            self._optimiser.move(self._names.index(name), pose)
+        self._shadows.clear()
+        return (*jumped, *freed)
 
     def _probe(self, part: str, pose: Pose) -> float:
         """How well the image agrees with a part at a place; NaN where it cannot be seen there."""
+        if part not in self._names or pose.translation[2] <= 0:
+            return math.nan
         tried = self._optimiser.attempt(self._names.index(part), pose)
         if not tried.solved or tried.evidence.visibility < 0.1 or tried.evidence.points < 20:
             return math.nan
@@ -131,24 +147,46 @@ class GraphFollower:
         return tried.evidence.confidence if near else 0.0
 
     def _try_without_link(self, estimates: Sequence[PartEstimate]) -> Mapping[str, Pose]:
-        """Where one linked part, another in each frame, would be by itself."""
-        linked = [
-            (each.part, each.camera_from_body)
+        """Where linked parts would be by themselves; one of a structure is tried in each frame.
+
+        A part that has come off is tried again and again; then those in doubt; else each in turn.
+        What is found for a part that carries others is told as the opposite motion of these.
+        """
+        linked = {
+            each.part: each.camera_from_body
             for each in estimates
-            if self._linker.parent_of(each.part) and each.camera_from_body is not None
+            if each.camera_from_body is not None and self._is_linked(each.part)
+        }
+        doubtful = [
+            each.part
+            for each in estimates
+            if each.part in linked and each.status is Status.INFERRED and each.visibility > _VISIBLE
         ]
-        if not linked:
+        waiting = [name for name in self._shadows if name in linked] or doubtful or list(linked)
+        if not waiting:
             return {}
         self._turn += 1
-        name, pose = linked[self._turn % len(linked)]
+        name = waiting[self._turn % len(waiting)]
+        free = self._tried(name, linked[name])
+        told = {name: free} if self._linker.parent_of(name) else {}
+        if name in self._shadows:
+            opposite = linked[name] @ free.inverse()
+            for child, pose in linked.items():
+                if self._linker.parent_of(child) == name:
+                    told[child] = opposite @ pose
+        return told
+
+    def _tried(self, name: str, pose: Pose) -> Pose:
+        """Where a part would be by itself; its pose where that is no better."""
         body = self._names.index(name)
-        tried = self._optimiser.attempt(body, self._shadows.get(name, pose))
+        tried = self._optimiser.attempt(body, self._shadows.pop(name, pose))
         found = tried.camera_from_body
         differs = found.distance_to(pose) > _SAME_M or found.angle_to(pose) > _SAME_RAD
         better = tried.likelihood > _BETTER * max(self._optimiser.likelihoods[body], 1.0)
-        convincing = tried.solved and tried.evidence.confidence > _CONVINCING
-        self._shadows.pop(name, None)
-        if differs and better and convincing:
+        if differs and better and tried.solved and tried.evidence.confidence > _CONVINCING:
             self._shadows[name] = found
-            return {name: found}
-        return {name: pose}
+            return found
+        return pose
+
+    def _is_linked(self, name: str) -> bool:
+        return len(self._optimiser.structures.members(self._names.index(name))) > 1
