@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -74,6 +75,15 @@ class Evidence:
 
 
 NO_EVIDENCE = Evidence(0, 0, 0, 0, 0, 0, 0)
+
+
+def seen_together(evidence: Sequence[Evidence]) -> Evidence:
+    """What several cameras know of one body: all adds up, but as visible as in the best of them."""
+    if len(evidence) == 1:
+        return evidence[0]
+    best = max(evidence, key=lambda each: each.visibility, default=NO_EVIDENCE)
+    total = sum(evidence, NO_EVIDENCE)
+    return replace(total, considered=best.considered, occluded=best.occluded)
 
 
 class LossJudge:

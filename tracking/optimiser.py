@@ -1,7 +1,8 @@
 """The optimiser: holds the state of all bodies and runs the kernels on it.
 
 Correspond, differentiate, solve, learn the colours: the methods are the steps of the tracker's
-loop; each is a compiled call for all bodies at once.
+loop; each is a compiled call for all bodies at once. What belongs to one camera lies in its
+`CameraView`; the poses are those in the first camera's frame.
 """
 
 from __future__ import annotations
@@ -14,26 +15,20 @@ import numpy.typing as npt
 
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
-from snapfit.tracking.body import Body, alike, pack_models
-from snapfit.tracking.color_histograms import N_COLORS, ColorHistograms
-from snapfit.tracking.confidence import LINE_TOLERANCE_PX, POINT_TOLERANCE_M, Evidence
-from snapfit.tracking.depth_modality import depth_settings, empty_points
+from snapfit.tracking.body import Body, alike
+from snapfit.tracking.camera_view import CameraView, RigCamera
+from snapfit.tracking.confidence import Evidence, seen_together
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.frame import Frame, check_frame
-from snapfit.tracking.kernel_cameras import kernel_cameras
-from snapfit.tracking.kernels.evidence import weigh_bodies
 from snapfit.tracking.kernels.motion import predict
-from snapfit.tracking.kernels.refine import refine
-from snapfit.tracking.kernels.types import CONSIDERED, OCCLUDED, VALID, Bodies, Images, Models
+from snapfit.tracking.kernels.refine import step_all
+from snapfit.tracking.kernels.rig import add_energies, clear_energies
 from snapfit.tracking.kinematics import KinematicStructures
-from snapfit.tracking.nearby import NearbyRendering, occlusion_settings
-from snapfit.tracking.parameters import DepthParameters, RegionParameters, TrackerParameters
-from snapfit.tracking.region_modality import empty_lines, region_settings
+from snapfit.tracking.parameters import TrackerParameters
 from snapfit.tracking.threads import parallel_kernels, prepare_threading_layer
 
-_PARTS_A_BODY = 4
-"""Pieces that a body's lines and points are cut into, so that one body keeps two cores busy."""
-_ENOUGH_POINTS, _NOISE_RATE = 40, 0.3
+_LEARNING_VISIBILITY = 0.5
+"""One of several cameras learns a body's colours only where it sees so much of the body."""
 
 
 class Motion(NamedTuple):
@@ -60,62 +55,57 @@ class Attempt(NamedTuple):
 
 
 class Optimiser:
-    """The poses of all bodies, and the steps that refine them against a frame.
+    """The poses of all bodies, and the steps that refine them against a frame of each camera.
+
+    Args:
+        bodies: what is tracked.
+        camera: whose frame the poses are in.
+        parameters: of the modalities and the optimiser.
+        rig: further cameras on the same bench.
 
     Attributes:
-        support: (B, 2) lines and points that agree with the pose, after `weigh`.
-        likelihoods: (B,) log likelihood of the pose, after `weigh`.
+        support: (B, 2) lines and points that agree with the pose, after `weigh`; of all cameras.
+        likelihoods: (B,) log likelihood of the pose, after `weigh`; of all cameras.
         structures: how the bodies are linked; all are free at first.
+
+    Raises:
+        TrackingError: the depth modality alone, without a depth camera.
     """
 
     def __init__(
-        self, bodies: Sequence[Body], camera: RgbdCamera, parameters: TrackerParameters
+        self,
+        bodies: Sequence[Body],
+        camera: RgbdCamera,
+        parameters: TrackerParameters,
+        rig: Sequence[RigCamera] = (),
     ) -> None:
         prepare_threading_layer()
-        region, depth = parameters.region, parameters.depth
-        if region is None and camera.depth is None:
-            raise TrackingError("the depth modality alone needs a depth camera; add the region's")
-        self._camera = camera
         self._parameters = parameters
-        n, iterations = len(bodies), parameters.optimiser.correspondence_iterations
-        n_lines = region.lines_max if region else 0
-        n_points = depth.points_max if depth and camera.depth else 0
+        n = len(bodies)
         self._kept_alive = tuple(bodies)
-        self._models = pack_models(bodies, n_lines, n_points)
         self._alike = alike(bodies)
         if not parameters.occlusion.region_checking:
             self._alike[:] = 0
         self._hiding = np.full(n, parameters.occlusion.measured_threshold_m, dtype=np.float32)
-        self._bodies = _empty_bodies(n)
+        self._first = CameraView(bodies, RigCamera(camera), parameters)
+        self._bodies = self._first.bodies
+        others = [CameraView(bodies, placed, parameters, self._bodies) for placed in rig]
+        self._views = (self._first, *others)
+        self._seeing: list[CameraView] = []
         self.structures = KinematicStructures(n)
-        self._lines = empty_lines(n, n_lines)
-        self._points = empty_points(n, n_points)
-        self._region = region_settings(region or RegionParameters(), iterations)
-        self._depth = depth_settings(depth or DepthParameters(), iterations)
-        self._occlusion = occlusion_settings(
-            parameters.occlusion, has_depth=camera.depth is not None
-        )
-        self._cameras = kernel_cameras(camera)
-        self._nearby = NearbyRendering(bodies, camera.color, parameters.occlusion)
-        self._histograms = ColorHistograms(n, parameters.histogram)
         self._tikhonov = np.array(
             [parameters.optimiser.tikhonov_rotation, parameters.optimiser.tikhonov_translation]
         )
         self._alone = KinematicStructures(n)
-        self._counts = np.zeros((n, _PARTS_A_BODY, 2, 4), dtype=np.int64)
-        self._images: Images | None = None
-        depth_camera = camera.depth or camera.color
-        self._no_depth = np.zeros((depth_camera.height, depth_camera.width), dtype=np.uint16)
-        self.support = np.zeros((n, 2), dtype=np.int64)
-        self.likelihoods = np.zeros(n)
-        self._depth_errors = np.zeros(n)
+        self.support = self._first.support if not rig else np.zeros((n, 2), dtype=np.int64)
+        self.likelihoods = self._first.likelihoods if not rig else np.zeros(n)
 
     def place(self, body: int, pose: Pose) -> None:
         """Put a body at a pose `camera_from_body`, its colours unknown, and let it take part."""
         self._bodies.active[body] = 1
         self._bodies.poses[body] = pose.matrix
-        self._bodies.tables[body] = 0.5
-        self._bodies.depth_scales[body] = 1.0
+        for view in self._views:
+            view.place(body)
 
     def pose(self, body: int) -> Pose:
         """`camera_from_body` of a body."""
@@ -128,13 +118,13 @@ class Optimiser:
 
     @property
     def tables(self) -> npt.NDArray[np.float32]:
-        """(B, 4096) posterior of each body's foreground, by colour."""
+        """(B, 4096) posterior of each body's foreground, by colour; the first camera's."""
         return self._bodies.tables
 
     @property
     def nearby_id(self) -> npt.NDArray[np.uint8]:
-        """(h, w) the small rendering: index of the body in front + 1."""
-        return self._nearby.part_id
+        """(h, w) the first camera's small rendering: index of the body in front + 1."""
+        return self._first.nearby.part_id
 
     def move(self, body: int, pose: Pose) -> None:
         """Put a body, and all that it carries, at another pose; what was learned stays."""
@@ -180,9 +170,13 @@ class Optimiser:
             self._bodies.active[body] = 0
 
     def counts(self, body: int) -> npt.NDArray[np.int64]:
-        """(2, 4) what became of a body's lines and points: considered, hidden, valid, -."""
-        counts: npt.NDArray[np.int64] = self._counts[body].sum(axis=0)
+        """(2, 4) what became of a body's lines and points; of all cameras."""
+        counts: npt.NDArray[np.int64] = np.sum([view.counts(body) for view in self._seeing], axis=0)
         return counts
+
+    def evidence(self, body: int) -> Evidence:
+        """What of the frames agrees with a body's pose, after `weigh`."""
+        return seen_together([view.evidence(body) for view in self._seeing])
 
     def covariance(self, body: int) -> npt.NDArray[np.float64]:
         """(6, 6) inverse of the regularised Hessian: rotation (rad), translation (m)."""
@@ -193,25 +187,26 @@ class Optimiser:
         covariance: npt.NDArray[np.float64] = np.linalg.inv(hessian)
         return covariance
 
-    def see(self, frame: Frame) -> None:
-        """Take a frame, and render where the bodies are expected to hide one another.
+    def see(self, *frames: Frame | None) -> None:
+        """Take a frame of each camera, in their order; one that has none takes no part.
 
         Raises:
-            FrameError: the frame does not fit the camera.
+            FrameError: a frame does not fit its camera; nothing has changed then.
+            TrackingError: there is no frame at all.
         """
-        check_frame(frame, self._camera)
-        if self._parameters.occlusion.modelled:
-            self._nearby.render(self._bodies)
-        depth = self._no_depth if frame.depth is None else frame.depth
-        self._images = Images(
-            color=np.ascontiguousarray(frame.color),
-            depth=np.ascontiguousarray(depth),
-            near_depth=self._nearby.depth,
-            near_id=self._nearby.part_id,
-            neighboured=self._nearby.neighboured,
-            alike=self._alike,
-            hiding=self._hiding,
-        )
+        seen = [
+            (view, frame)
+            for view, frame in zip(self._views, frames, strict=False)
+            if frame is not None
+        ]
+        if not seen:
+            raise TrackingError("no camera has a frame: give at least one")
+        for view, frame in seen:
+            check_frame(frame, view.camera)
+        self._spread()
+        for view, frame in seen:
+            view.see(frame, self._alike, self._hiding)
+        self._seeing = [view for view, _ in seen]
 
     def correspond(self) -> None:
         """Find correspondences at the coarsest scale; the poses stay."""
@@ -224,13 +219,8 @@ class Optimiser:
 
     def refine_by_region(self) -> None:
         """Refine once more by the region modality alone (ICG+SRT3D, Li et al.)."""
-        points = np.zeros_like(self._models.point_counts)
         optimiser = self._parameters.optimiser
-        self._run(
-            optimiser.correspondence_iterations,
-            optimiser.update_iterations,
-            self._models._replace(point_counts=points),
-        )
+        self._run(optimiser.correspondence_iterations, optimiser.update_iterations, by_region=True)
 
     def predict(self, before: Motion, moving: npt.NDArray[np.uint8]) -> None:
         """Move on what moved, as far as the motion prior goes; (B,) `moving` where it may."""
@@ -250,8 +240,7 @@ class Optimiser:
         """What the frame makes of a body that starts from a pose, free; nothing is changed."""
         bodies, structures = self._bodies, self.structures
         kept = bodies.active.copy(), bodies.poses[body].copy(), bodies.solved.copy()
-        scores = self.support.copy(), self.likelihoods.copy(), self._counts[body].copy()
-        errors, scale = self._depth_errors.copy(), bodies.depth_scales.copy()
+        scores = [view.scores(body) for view in self._seeing]
         hiding = self._hiding[body]
         self.trust(body, well_known=False)
         bodies.active[:] = 0
@@ -263,99 +252,74 @@ class Optimiser:
         found = Attempt(
             Pose(bodies.poses[body].copy()),
             float(self.likelihoods[body]),
-            Evidence.of(self.counts(body), self.support[body]),
+            self.evidence(body),
             self.is_solved(body),
         )
         self.structures = structures
         bodies.active[:], bodies.poses[body], bodies.solved[:] = kept
-        self.support[:], self.likelihoods[:], self._counts[body] = scores
-        self._depth_errors[:], bodies.depth_scales[:] = errors, scale
+        for view, kept_scores in zip(self._seeing, scores, strict=True):
+            view.put_back(body, kept_scores)
+        self._add_up()
         self._hiding[body] = hiding
         return found
 
     def weigh(self) -> None:
         """Write `support` and `likelihoods` of the poses."""
-        weigh_bodies(
-            self._cameras,
-            self._models,
-            self._bodies,
-            self._lines,
-            self._points,
-            LINE_TOLERANCE_PX,
-            POINT_TOLERANCE_M,
-            self.support,
-            self.likelihoods,
-            self._depth_errors,
-        )
-        self._learn_noise()
+        self._spread()
+        for view in self._seeing:
+            view.weigh()
+        self._add_up()
 
     def learn(self, which: npt.NDArray[np.int64], *, afresh_beyond_px: float | None = None) -> None:
         """Learn the colours at the poses of the bodies (B,) that can be believed.
 
-        See `ColorHistograms.learn`.
+        Of several cameras, only those learn that see the body. See `ColorHistograms.learn`.
         """
         if self._parameters.region is None:
             return
+        self._spread()
         with parallel_kernels:
-            self._histograms.learn(
-                self._seen,
-                self._cameras,
-                self._models,
-                self._bodies,
-                self._lines,
-                which,
-                afresh_beyond_px=afresh_beyond_px,
-            )
+            for view in self._seeing:
+                learning = which
+                if len(self._views) > 1:
+                    learning = which * view.sees(_LEARNING_VISIBILITY)
+                view.learn(learning, afresh_beyond_px=afresh_beyond_px)
 
-    def _learn_noise(self) -> None:
-        """How much each body's measured points can be trusted, from their last errors."""
-        depth = self._parameters.depth
-        if depth is None:
-            return
-        points = self._counts.sum(axis=1)[:, 1]
-        visible = points[:, CONSIDERED] - points[:, OCCLUDED]
-        trusted = points[:, VALID] > np.maximum(depth.trusted_share * visible, _ENOUGH_POINTS)
-        noise = depth.noise * self._depth_errors / depth.standard_deviations_m[-1]
-        scales = np.where(trusted, np.clip(noise, depth.least_scale, 1.0), 1.0)
-        self._bodies.depth_scales[:] += _NOISE_RATE * (scales - self._bodies.depth_scales)
-
-    @property
-    def _seen(self) -> Images:
-        if self._images is None:
+    def _run(self, iterations: int, updates: int, *, by_region: bool = False) -> None:
+        if not self._seeing:
             raise TrackingError("there is no frame yet: call `see` first")
-        return self._images
-
-    def _run(self, iterations: int, updates: int, models: Models | None = None) -> None:
+        structures = self.structures.arrays
         with parallel_kernels:
-            refine(
-                iterations,
-                updates,
-                _PARTS_A_BODY,
-                self._seen,
-                self._cameras,
-                models or self._models,
-                self._bodies,
-                self.structures.arrays,
-                self._region,
-                self._depth,
-                self._occlusion,
-                self._tikhonov,
-                self._lines,
-                self._points,
-                self._counts,
-            )
+            if len(self._views) == 1:
+                self._first.refine(
+                    iterations, updates, structures, self._tikhonov, by_region=by_region
+                )
+                return
+            self._bodies.solved[:] = 1
+            for iteration in range(iterations):
+                self._spread()
+                for view in self._seeing:
+                    view.correspond(iteration, by_region=by_region)
+                for update in range(updates):
+                    self._differentiate(iteration, update, by_region=by_region)
+                    step_all(structures, self._bodies, self._tikhonov)
 
+    def _differentiate(self, iteration: int, update: int, *, by_region: bool) -> None:
+        """The energies of all cameras, added up in the first one's bodies."""
+        self._spread()
+        clear_energies(self._bodies)
+        for view in self._seeing:
+            view.differentiate(iteration, update, by_region=by_region)
+            if view is not self._first:
+                add_energies(view.bodies, self._bodies)
 
-def _empty_bodies(n: int) -> Bodies:
-    return Bodies(
-        active=np.zeros(n, dtype=np.uint8),
-        poses=np.tile(np.eye(4), (n, 1, 1)),
-        color_poses=np.zeros((n, 4, 4), dtype=np.float32),
-        depth_poses=np.zeros((n, 4, 4), dtype=np.float32),
-        views=np.zeros(n, dtype=np.int64),
-        tables=np.full((n, N_COLORS), 0.5, dtype=np.float32),
-        depth_scales=np.ones(n, dtype=np.float32),
-        solved=np.ones(n, dtype=np.uint8),
-        gradients=np.zeros((n, 6)),
-        hessians=np.zeros((n, 6, 6)),
-    )
+    def _spread(self) -> None:
+        """Take the poses to the other cameras."""
+        for view in self._views[1:]:
+            view.follow(self._bodies)
+
+    def _add_up(self) -> None:
+        """What all cameras say together; the arrays of a single one are its own."""
+        if len(self._views) > 1:
+            self.support[:] = sum(view.support for view in self._seeing)
+            self.likelihoods[:] = sum(view.likelihoods for view in self._seeing)

@@ -150,6 +150,82 @@ def differentiate(
 
 
 @njit(cache=True, nogil=True, parallel=True)
+def correspond_all(
+    iteration: int,
+    n_parts: int,
+    images: Images,
+    cameras: Cameras,
+    models: Models,
+    bodies: Bodies,
+    region: RegionSettings,
+    depth: DepthSettings,
+    occlusion: OcclusionSettings,
+    lines: Lines,
+    points: Points,
+    counts: I64,
+) -> None:
+    """Find the correspondences of all active bodies in what one camera sees; see `refine`."""
+    n_bodies = bodies.poses.shape[0]
+    for body in range(n_bodies):
+        if bodies.active[body]:
+            place_body(body, cameras, models, bodies)
+    for task in prange(n_bodies * n_parts):
+        body = task // n_parts
+        part = task - body * n_parts
+        if bodies.active[body]:
+            correspond(
+                body,
+                part,
+                n_parts,
+                iteration,
+                images,
+                cameras,
+                models,
+                bodies,
+                region,
+                depth,
+                occlusion,
+                lines,
+                points,
+                counts[body, part],
+            )
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def differentiate_all(
+    iteration: int,
+    update: int,
+    cameras: Cameras,
+    models: Models,
+    bodies: Bodies,
+    region: RegionSettings,
+    lines: Lines,
+    points: Points,
+) -> None:
+    """Gradients and Hessians of all active bodies by one camera's correspondences."""
+    for body in prange(bodies.poses.shape[0]):
+        if bodies.active[body]:
+            differentiate(
+                body,
+                iteration,
+                update,
+                cameras,
+                models,
+                bodies,
+                region,
+                lines,
+                points,
+            )
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def step_all(structures: Structures, bodies: Bodies, tikhonov: F64) -> None:
+    """A Newton step of all structures."""
+    for structure in prange(bodies.poses.shape[0]):
+        step_structure(structure, structures, bodies, tikhonov)
+
+
+@njit(cache=True, nogil=True)
 def refine(
     n_iterations: int,
     n_updates: int,
@@ -174,52 +250,28 @@ def refine(
         n_parts: parts that a body's lines and points are cut into, for the threads.
         images, cameras, models: what is seen, by what, of what.
         bodies: poses are refined in place.
-        structures: how bodies are linked; joints' coordinates are refined in place.
         structures: how they are linked; the coordinates of their joints are refined in place.
         region, depth, occlusion: parameters.
         tikhonov: (2,) of rotation and translation.
         lines, points: working arrays; hold the last correspondences afterwards.
         counts: (B, n_parts, 2, 4) of lines and points, of the last iteration.
     """
-    n_bodies = bodies.poses.shape[0]
     bodies.solved[:] = 1
     for iteration in range(n_iterations):
-        for body in range(n_bodies):
-            if bodies.active[body]:
-                place_body(body, cameras, models, bodies)
-        for task in prange(n_bodies * n_parts):
-            body = task // n_parts
-            part = task - body * n_parts
-            if bodies.active[body]:
-                correspond(
-                    body,
-                    part,
-                    n_parts,
-                    iteration,
-                    images,
-                    cameras,
-                    models,
-                    bodies,
-                    region,
-                    depth,
-                    occlusion,
-                    lines,
-                    points,
-                    counts[body, part],
-                )
+        correspond_all(
+            iteration,
+            n_parts,
+            images,
+            cameras,
+            models,
+            bodies,
+            region,
+            depth,
+            occlusion,
+            lines,
+            points,
+            counts,
+        )
         for update in range(n_updates):
-            for body in prange(n_bodies):
-                if bodies.active[body]:
-                    differentiate(
-                        body,
-                        iteration,
-                        update,
-                        cameras,
-                        models,
-                        bodies,
-                        region,
-                        lines,
-                        points,
-                    )
-            for structure in prange(n_bodies):
-                step_structure(structure, structures, bodies, tikhonov)
+            differentiate_all(iteration, update, cameras, models, bodies, region, lines, points)
+            step_all(structures, bodies, tikhonov)
