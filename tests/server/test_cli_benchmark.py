@@ -148,7 +148,7 @@ def test_without_matplotlib_all_but_the_plots_is_made(
 @pytest.mark.parametrize(
     ("options", "problem"),
     [
-        (["--methods", "icg,magic"], "there is no method 'magic'; the methods are icg"),
+        (["--methods", "icg,magic"], "there is no method 'magic'; the methods are "),
         (["--methods", ","], "no method to benchmark"),
         (["--asset", "lamp"], "has no asset 'lamp'; it has: clamp"),
         (["--condition", "night"], "has no condition 'night'; it has: blur, normal"),
