@@ -98,10 +98,9 @@ def pack_models(bodies: Sequence[Body], lines_max: int, points_max: int) -> Mode
     )
 
 
-def alike(bodies: Sequence[Body]) -> npt.NDArray[np.uint8]:
-    """(B, B) 1 where two bodies have nearly the same colour; a body is not its own neighbour."""
-    rgb = np.array([[body.color_rgb for body in bodies]], dtype=np.uint8)
-    lab = cv2.cvtColor(rgb.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)[0]
+def alike(colors_rgb: Sequence[tuple[int, int, int]]) -> npt.NDArray[np.uint8]:
+    """(N, N) 1 where two colours, 0 to 255 each, are nearly the same; 0 on the diagonal."""
+    lab = cv2.cvtColor(np.array([colors_rgb], dtype=np.float32) / 255, cv2.COLOR_RGB2LAB)[0]
     apart = np.linalg.norm(lab[:, None] - lab[None], axis=2)
     same: npt.NDArray[np.uint8] = (apart < _ALIKE).astype(np.uint8)
     np.fill_diagonal(same, 0)

@@ -131,6 +131,10 @@ class LossJudge:
         self._contradicted[body] += 1
         return self._status(body, Status.TRACKED)
 
+    def usual(self, body: int) -> float:
+        """The confidence of a body's pose when all is well, as it was lately."""
+        return self._usual[body]
+
     def is_hidden(self, evidence: Evidence) -> bool:
         """Whether next to nothing is seen."""
         p = self.parameters

@@ -15,6 +15,7 @@ from snapfit.models.pose import Pose
 from snapfit.tracking.assembly.estimate import AssemblyEstimate, PartObservation
 from snapfit.tracking.assembly.judge import StateJudge
 from snapfit.tracking.assembly.parameters import GBOT_PAPER, AssemblyParameters
+from snapfit.tracking.assembly.unclear import unclear_places
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.linking import Linker
 from snapfit.tracking.optimiser import Optimiser
@@ -71,6 +72,7 @@ class GraphFollower:
         self._linker = Linker(
             [parts[name] for name in names], optimiser, is_rigid=parameters.is_rigid
         )
+        self._unclear = unclear_places(asset.tracked_parts, asset.states)
         self._shadows: dict[str, Pose] = {}
         self._turn = 0
         self._frame = 0
@@ -137,7 +139,7 @@ class GraphFollower:
 
     def _probe(self, part: str, pose: Pose) -> float:
         """How well the image agrees with a part at a place; NaN where it cannot be seen there."""
-        if part not in self._names or pose.translation[2] <= 0:
+        if part not in self._names or part in self._unclear or pose.translation[2] <= 0:
             return math.nan
         tried = self._optimiser.attempt(self._names.index(part), pose)
         if not tried.solved or tried.evidence.visibility < 0.1 or tried.evidence.points < 20:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.pose import Pose
-from snapfit.tracking.errors import FrameError
+from snapfit.tracking.errors import FrameError, TrackingError
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,38 @@ def check_frame(frame: Frame, camera: RgbdCamera) -> None:
     if camera.depth is not None and frame.depth is not None:
         size = _size(camera.depth)
         _check_image(frame.name, "depth", frame.depth, size, np.uint16)
+
+
+def fitting_frames(
+    frames: Sequence[Frame | None], cameras: Sequence[RgbdCamera]
+) -> tuple[tuple[Frame | None, ...], tuple[FrameError, ...]]:
+    """A frame or None for each camera, and what is wrong with those that fit no camera.
+
+    Args:
+        frames: in the order of the cameras; the last ones may be missing.
+        cameras: one or several.
+
+    Raises:
+        FrameError: no frame fits its camera.
+        TrackingError: there is no frame, or there are more frames than cameras.
+    """
+    if len(frames) > len(cameras):
+        raise TrackingError(f"there are {len(frames)} frames for {len(cameras)} camera(s)")
+    fitting: list[Frame | None] = [None] * len(cameras)
+    errors = []
+    for i, frame in enumerate(frames):
+        if frame is None:
+            continue
+        try:
+            check_frame(frame, cameras[i])
+            fitting[i] = frame
+        except FrameError as error:
+            errors.append(error)
+    if not any(fitting):
+        if errors:
+            raise errors[0]
+        raise TrackingError("no camera has a frame: give at least one")
+    return tuple(fitting), tuple(errors)
 
 
 def _size(camera: PinholeCamera) -> tuple[int, int]:

@@ -14,6 +14,7 @@ from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.assembly.parameters import AssemblyParameters
 from snapfit.tracking.body import load_bodies
+from snapfit.tracking.camera_view import RigCamera
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.following import PAPER_GRAPH, GraphParameters
 from snapfit.tracking.frame import Frame
@@ -125,6 +126,7 @@ def create_tracker(
     progress: Progress | None = None,
     *,
     asset: Asset | None = None,
+    rig: Sequence[RigCamera] = (),
 ) -> Tracker:
     """A tracker that is ready for its first frame: models made or read, kernels compiled.
 
@@ -135,6 +137,7 @@ def create_tracker(
         progress: called with a message and the share that is done, 0 to 1.
         asset: what the parts belong to, for methods that know its assembly graph; None for loose
             parts.
+        rig: further cameras that see the same bench.
 
     Raises:
         TrackingError: the method is unknown, or there is nothing to track.
@@ -147,7 +150,9 @@ def create_tracker(
     if progress is not None:
         progress("compiling the tracker's kernels", 0.0)
     chosen = METHODS[method]
-    make = partial(Tracker, bodies, camera, chosen.parameters, asset=asset, graph=chosen.graph)
+    make = partial(
+        Tracker, bodies, camera, chosen.parameters, asset=asset, graph=chosen.graph, rig=rig
+    )
     warm_up(make())
     if progress is not None:
         progress("compiling the tracker's kernels", 1.0)
@@ -156,11 +161,15 @@ def create_tracker(
 
 def warm_up(tracker: Tracker) -> None:
     """Run every kernel once on a blank frame, so that no real frame waits for the compiler."""
-    camera = tracker.camera
+    frames = [_blank_frame(camera) for camera in tracker.cameras]
+    poses = {name: Pose.from_translation(0, 0, 0.7) for name in tracker.names}
+    tracker.start(frames[0], poses, *frames[1:])
+    tracker.track(*frames)
+
+
+def _blank_frame(camera: RgbdCamera) -> Frame:
     color = np.zeros((camera.color.height, camera.color.width, 3), dtype=np.uint8)
     depth = None
     if camera.depth is not None:
         depth = np.zeros((camera.depth.height, camera.depth.width), dtype=np.uint16)
-    frame = Frame("warm-up", 0, color, depth)
-    tracker.start(frame, {name: Pose.from_translation(0, 0, 0.7) for name in tracker.names})
-    tracker.track(frame)
+    return Frame("warm-up", 0, color, depth)

@@ -83,7 +83,7 @@ class Optimiser:
         self._parameters = parameters
         n = len(bodies)
         self._kept_alive = tuple(bodies)
-        self._alike = alike(bodies)
+        self._alike = alike([body.color_rgb for body in bodies])
         if not parameters.occlusion.region_checking:
             self._alike[:] = 0
         self._hiding = np.full(n, parameters.occlusion.measured_threshold_m, dtype=np.float32)

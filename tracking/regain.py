@@ -24,6 +24,8 @@ _GRID_PX = 8
 _FOREGROUND = 0.65
 _BLOBS_MAX = 3
 _LEAST_CELLS = 4
+_USUAL, _DOUBTFUL, _BACK = 0.85, 0.45, 0.4
+_FORESHORTENED, _LONG = 0.5, 0.5
 _TURNS_RAD, _HALF_TURNS = 1.2, 0.3
 
 
@@ -42,6 +44,46 @@ class RegainParameters:
     convincing: float = 0.7
     least_evidence: int = 120
     better: float = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where colours of a body are seen.
+
+    Attributes:
+        middle: (3,) m, camera frame.
+        direction_rad: in which it is long, from the image's x axis; None if in no one.
+    """
+
+    middle: Array
+    direction_rad: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """A body that is looked for.
+
+    Attributes:
+        expected: `camera_from_body` where it was seen last, or was carried to.
+        left: where it was seen last.
+        unseen_frames: since it was seen.
+        usual_confidence: of its pose, when all is well.
+    """
+
+    expected: Pose
+    left: Pose
+    unseen_frames: int
+    usual_confidence: float
+
+    @property
+    def reach_m(self) -> float:
+        """How far it may have gone: hands move parts by some 3 mm a frame, 10 mm at most."""
+        return min(0.03 + 0.006 * self.unseen_frames, 0.25)
+
+    @property
+    def reach_rad(self) -> float:
+        """How far it may have turned."""
+        return min(0.35 + 0.05 * self.unseen_frames, np.pi)
 
 
 class Regainer:
@@ -65,16 +107,17 @@ class Regainer:
         self._parameters = parameters or RegainParameters()
         self._centers = [np.asarray(body.mesh.center_m, dtype=np.float64) for body in bodies]
         self._radii = [float(body.mesh.radius_m) for body in bodies]
+        self._long = [_longest(body) for body in bodies]
         # The order of the proposals is the same in each run: it depends on the frames alone.
         self._rng = np.random.default_rng(0)
         self._round = 0
 
-    def search(self, frame: Frame, wanted: Mapping[int, Pose]) -> dict[int, Attempt]:
+    def search(self, frame: Frame, wanted: Mapping[int, Wanted]) -> dict[int, Attempt]:
         """Look for bodies; returns those that were found, with their poses.
 
         Args:
             frame: that the optimiser has seen.
-            wanted: bodies and the last poses that were trusted.
+            wanted: bodies, and what is known of them.
         """
         found: dict[int, Attempt] = {}
         if not wanted:
@@ -91,40 +134,66 @@ class Regainer:
                 found[body] = best
         return found
 
-    def _try(self, frame: Frame, body: int, last: Pose, n_tries: int) -> Attempt | None:
+    def _try(self, frame: Frame, body: int, wanted: Wanted, n_tries: int) -> Attempt | None:
         p, best = self._parameters, None
-        places = self._places(frame, body) if n_tries else []
+        known = [self._center(body, pose) for pose in (wanted.expected, wanted.left)]
+        least = min(p.convincing, max(_USUAL * wanted.usual_confidence, _DOUBTFUL))
+        places = [
+            place
+            for place in (self._places(frame, body) if n_tries else [])
+            if _nearest(place.middle, known) < wanted.reach_m
+        ]
         for _ in range(n_tries):
-            tried = self._optimiser.attempt(body, self._proposal(body, last, places))
+            tried = self._optimiser.attempt(body, self._proposal(body, wanted, places))
             evidence = tried.evidence
             enough = evidence.lines + evidence.points >= p.least_evidence
-            good = tried.solved and enough and evidence.confidence >= p.convincing
+            good = tried.solved and enough and evidence.confidence >= least
+            center = self._center(body, tried.camera_from_body)
+            good &= _nearest(center, known) < wanted.reach_m
             if good and (best is None or tried.likelihood > best.likelihood):
                 best = tried
         return best
 
-    def _proposal(self, body: int, last: Pose, places: Sequence[Array]) -> Pose:
-        """A pose to start from: the last one, or at one of the places, turned or not."""
-        choice = self._rng.random()
+    def _proposal(self, body: int, wanted: Wanted, places: Sequence[Place]) -> Pose:
+        """A pose to start from: where it is expected, or at one of the places, turned or not."""
+        choice, pose = self._rng.random(), wanted.expected
+        if self._rng.random() < _BACK:
+            pose = wanted.left
         if not places or choice < 0.2:
-            return self._turned(last, body) if choice < 0.1 else last
+            return pose if choice < 0.1 else self._turned(pose, body, wanted.reach_rad)
         place = places[int(self._rng.integers(len(places)))]
-        pose = last if choice < 0.5 else self._turned(last, body)
-        center = pose.transform(self._centers[body][None])[0]
-        return Pose.from_translation(*(place - center)) @ pose
+        if choice < 0.6:
+            pose = self._aligned(pose, body, place)
+        if choice > 0.4:
+            pose = self._turned(pose, body, wanted.reach_rad)
+        return Pose.from_translation(*(place.middle - self._center(body, pose))) @ pose
 
-    def _turned(self, pose: Pose, body: int) -> Pose:
+    def _center(self, body: int, pose: Pose) -> Array:
+        center: Array = pose.transform(self._centers[body][None])[0]
+        return center
+
+    def _aligned(self, pose: Pose, body: int, place: Place) -> Pose:
+        """Turned about the line of sight until it is long where the place is long."""
+        long = pose.rotation @ self._long[body]
+        if np.hypot(long[0], long[1]) < _FORESHORTENED or place.direction_rad is None:
+            return pose
+        turn = place.direction_rad - float(np.arctan2(long[1], long[0]))
+        turn = (turn + np.pi / 2) % np.pi - np.pi / 2
+        center = Pose.from_translation(*self._center(body, pose))
+        return center @ Pose.exp([0, 0, turn, 0, 0, 0]) @ center.inverse() @ pose
+
+    def _turned(self, pose: Pose, body: int, reach_rad: float) -> Pose:
         """Turned about the body's middle: anyhow, or half way round about one of its axes."""
         direction = self._rng.standard_normal(3)
-        angle = _TURNS_RAD * float(np.sqrt(self._rng.random()))
+        angle = min(_TURNS_RAD, reach_rad) * float(np.sqrt(self._rng.random()))
         if self._rng.random() < _HALF_TURNS:
             direction, angle = np.eye(3)[self._rng.integers(3)], np.pi
         turn = Pose.exp([*(angle * direction / np.linalg.norm(direction)), 0, 0, 0])
         center = Pose.from_translation(*self._centers[body])
         return pose @ center @ turn @ center.inverse()
 
-    def _places(self, frame: Frame, body: int) -> list[Array]:
-        """(3,) where the body's middle may be: by its colours, nearest to its size first."""
+    def _places(self, frame: Frame, body: int) -> list[Place]:
+        """Where the body may be, by its colours; the largest first."""
         color, depth = self._camera.color, self._camera.depth
         first = _GRID_PX // 2
         bins = frame.color[first::_GRID_PX, first::_GRID_PX].astype(np.int64) >> 4
@@ -141,12 +210,12 @@ class Regainer:
         if depth is None or frame.depth is None:
             return []
         places = []
-        for row, column in _blobs(likely):
+        for row, column, direction_rad in _blobs(likely):
             u, v = (column + 0.5) * _GRID_PX, (row + 0.5) * _GRID_PX
             z = self._depth_at(depth, frame.depth, u, v)
             if z > 0:
                 ray = np.array([(u - color.cx) / color.fx, (v - color.cy) / color.fy, 1.0])
-                places.append(ray * (z + 0.3 * self._radii[body]))
+                places.append(Place(ray * (z + 0.3 * self._radii[body]), direction_rad))
         return places
 
     def _depth_at(
@@ -164,13 +233,34 @@ class Regainer:
         return float(np.median(known)) * self._camera.depth_scale_m if known.size else 0.0
 
 
-def _blobs(likely: npt.NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Middles (row, column) of the largest connected regions."""
-    n, _, stats, centroids = cv2.connectedComponentsWithStats(likely.astype(np.uint8))
+def _nearest(point: Array, others: Sequence[Array]) -> float:
+    return min(float(np.linalg.norm(point - other)) for other in others)
+
+
+def _longest(body: Body) -> Array:
+    """(3,) direction in which a body is longest, its frame."""
+    points = np.asarray(body.mesh.vertices, dtype=np.float64)
+    _, vectors = np.linalg.eigh(np.cov(points.T))
+    longest: Array = vectors[:, -1]
+    return longest
+
+
+def _blobs(likely: npt.NDArray[np.bool_]) -> list[tuple[float, float, float | None]]:
+    """Middle (row, column) and direction (rad) of the largest connected regions."""
+    n, labels, stats, centroids = cv2.connectedComponentsWithStats(likely.astype(np.uint8))
     sizes = stats[1:n, cv2.CC_STAT_AREA]
-    order = np.argsort(-sizes)[:_BLOBS_MAX]
-    return [
-        (float(centroids[1 + i][1]), float(centroids[1 + i][0]))
-        for i in order
-        if sizes[i] >= _LEAST_CELLS
-    ]
+    blobs = []
+    for i in np.argsort(-sizes)[:_BLOBS_MAX]:
+        if sizes[i] >= _LEAST_CELLS:
+            rows, columns = np.nonzero(labels == 1 + i)
+            x, y = centroids[1 + i]
+            blobs.append((float(y), float(x), _direction(rows - y, columns - x)))
+    return blobs
+
+
+def _direction(rows: Array, columns: Array) -> float | None:
+    """Direction in which cells are spread, rad from the image's x axis; None if in all alike."""
+    xx, yy, xy = float(columns @ columns), float(rows @ rows), float(rows @ columns)
+    if np.hypot(xx - yy, 2 * xy) < _LONG * (xx + yy):
+        return None
+    return float(0.5 * np.arctan2(2 * xy, xx - yy))

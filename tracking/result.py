@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.pose import Pose
+from snapfit.tracking.errors import FrameError
 
 if TYPE_CHECKING:
     from snapfit.tracking.assembly.estimate import AssemblyEstimate
@@ -60,6 +61,7 @@ class TrackingResult:
         duration_ms: time that tracking took for the whole frame.
         state: the assembly state; None where the method does not judge it.
         assembly: all that is said of the assembly; None likewise.
+        left_out: what was wrong with frames of cameras that took no part, where others did.
     """
 
     frame: str
@@ -68,3 +70,4 @@ class TrackingResult:
     duration_ms: float
     state: str | None = None
     assembly: AssemblyEstimate | None = None
+    left_out: tuple[FrameError, ...] = ()

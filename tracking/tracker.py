@@ -12,25 +12,28 @@ from snapfit.models.asset import Asset
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import Body
+from snapfit.tracking.camera_view import RigCamera
+from snapfit.tracking.carried import CarriedParts
 from snapfit.tracking.confidence import NO_EVIDENCE, Evidence, LossJudge
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.following import GraphFollower, GraphParameters
-from snapfit.tracking.frame import Frame, check_frame
+from snapfit.tracking.frame import Frame, fitting_frames
 from snapfit.tracking.optimiser import Optimiser
 from snapfit.tracking.parameters import StartParameters, TrackerParameters
-from snapfit.tracking.regain import Regainer
+from snapfit.tracking.regain import Regainer, Wanted
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.start import start_variations
 
-_IN_DOUBT, _MARGIN, _PROBATION_FRAMES = 0.5, 60.0, 45
+_IN_DOUBT, _MARGIN, _PROBATION_FRAMES, _SEEN_WELL = 0.5, 60.0, 45, 0.35
 
 
 class Tracker:
-    """Tracks several bodies through the frames of one RGB-D camera.
+    """Tracks several bodies through the frames of one RGB-D camera, or of several on one bench.
 
     Attributes:
         names: the bodies' names, in order.
-        camera: where the frames come from.
+        camera: where the frames come from; of several, the first: poses are in its frame.
+        cameras: all of them.
     """
 
     def __init__(
@@ -41,6 +44,7 @@ class Tracker:
         *,
         asset: Asset | None = None,
         graph: GraphParameters | None = None,
+        rig: Sequence[RigCamera] = (),
     ) -> None:
         """Make a tracker; nothing is tracked before `start`.
 
@@ -50,6 +54,7 @@ class Tracker:
             parameters: of the modalities and the optimiser.
             asset: with the assembly graph that is followed; needed with `graph`.
             graph: how the assembly graph is followed; None to track every body by itself.
+            rig: further cameras that see the same bench, and where they stand.
 
         Raises:
             TrackingError: no body, depth alone without a depth camera, or no assembly graph.
@@ -59,8 +64,9 @@ class Tracker:
         parameters = parameters or TrackerParameters()
         self.names = tuple(body.name for body in bodies)
         self.camera = camera
+        self.cameras = (camera, *(placed.camera for placed in rig))
         self._start_parameters: StartParameters = parameters.start
-        self._optimiser = Optimiser(bodies, camera, parameters)
+        self._optimiser = Optimiser(bodies, camera, parameters, rig)
         self._judge = LossJudge(len(bodies), parameters.loss)
         self._parameters = parameters
         self._graph: GraphFollower | None = None
@@ -71,20 +77,32 @@ class Tracker:
         self._regainer = Regainer(bodies, camera, self._optimiser) if parameters.regains else None
         self._before = self._optimiser.motion()
         self._moving = np.zeros(len(bodies), dtype=np.uint8)
-        self._trusted: dict[int, Pose] = {}
+        self._carried = CarriedParts(bodies, camera)
+        self._expected: dict[int, Pose] = {}
+        self._left: dict[int, Pose] = {}
+        self._unseen = [0] * len(bodies)
         self._probation = [0] * len(bodies)
 
-    def start(self, frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
+    def start(
+        self, frame: Frame, camera_from_body: Mapping[str, Pose], *others: Frame | None
+    ) -> None:
         """Begin to track parts whose poses are known roughly; others are followed as in `track`.
 
         Several poses around each given one are refined, and the likeliest wins. Colours are
         learned at a pose and the pose is refined with them in turns: that takes out what the
         first pose's error brought into them.
 
+        Args:
+            frame: of the first camera.
+            camera_from_body: where the parts are, roughly.
+            others: frames of the further cameras; see `track`.
+
         Raises:
-            TrackingError: a part that this tracker does not have, or a pose behind the camera.
+            TrackingError: a part that this tracker does not have, a pose behind the camera, or
+                more frames than cameras.
             FrameError: the frame does not fit the camera.
         """
+        frames, _ = fitting_frames((frame, *others), self.cameras)
         which = np.zeros(len(self.names), dtype=np.int64)
         for name in camera_from_body:
             if name not in self.names:
@@ -98,28 +116,36 @@ class Tracker:
         likelihood = dict.fromkeys(camera_from_body, -np.inf)
         for variation in start_variations(self._start_parameters):
             self._settle(
-                frame, which, {name: variation(pose) for name, pose in camera_from_body.items()}
+                frames, which, {name: variation(pose) for name, pose in camera_from_body.items()}
             )
             for name in camera_from_body:
                 body = self.names.index(name)
                 if self._optimiser.likelihoods[body] > likelihood[name]:
                     likelihood[name] = self._optimiser.likelihoods[body]
                     best[name] = self._optimiser.pose(body)
-        self._settle(frame, which, best)
+        self._settle(frames, which, best)
 
-    def track(self, frame: Frame) -> TrackingResult:
+    def track(self, frame: Frame | None, *others: Frame | None) -> TrackingResult:
         """Follow all started parts into the next frame.
 
+        Args:
+            frame: of the first camera.
+            others: of the further cameras, exposed at the same time. Of several cameras, one
+                without a frame (None) or with one that does not fit it takes no part this time.
+
         Raises:
-            FrameError: the frame does not fit the camera; nothing has changed then.
+            FrameError: no frame fits its camera; nothing has changed then.
+            TrackingError: there is no frame, or there are more frames than cameras.
         """
         begin = time.perf_counter()
-        check_frame(frame, self.camera)
+        frames, left_out = fitting_frames((frame, *others), self.cameras)
+        frame = frames[0]
+        first = next(each for each in frames if each is not None)
         last = self._optimiser.motion()
         self._optimiser.predict(self._before, self._moving)
         self._before = last
         predicted = self._optimiser.poses.copy()
-        self._optimiser.see(frame)
+        self._optimiser.see(*frames)
         self._optimiser.refine()
         if self._parameters.refined_by_region:
             self._optimiser.refine_by_region()
@@ -141,12 +167,13 @@ class Tracker:
         if self._graph is not None:
             assembly, jumped = self._graph.follow(estimates)
             self._halt(jumped)
-        if self._regainer is not None:
+        if self._regainer is not None and frame is not None:
+            self._carry(frame, estimates)
             self._regain(self._regainer, frame, estimates)
         duration_ms = (time.perf_counter() - begin) * 1e3
         state = None if self._graph is None else self._graph.state
         return TrackingResult(
-            frame.name, frame.captured_at_ns, estimates, duration_ms, state, assembly
+            first.name, first.captured_at_ns, estimates, duration_ms, state, assembly, left_out
         )
 
     def set_state(self, state: str) -> None:
@@ -165,17 +192,39 @@ class Tracker:
             body = self.names.index(name)
             self._moving[self._optimiser.structures.members(body)] = 0
 
+    def _carry(self, frame: Frame, estimates: Sequence[PartEstimate]) -> None:
+        """Let hidden parts go with the hand that hides them, for the next frame."""
+        seen, hidden = {}, {}
+        for body, each in enumerate(estimates):
+            if each.status is Status.TRACKED:
+                # Where little is seen, a pose trembles: no motion can be read from it.
+                if each.visibility > _SEEN_WELL and each.confidence > _IN_DOUBT:
+                    seen[body] = self._optimiser.pose(body)
+            elif each.status is Status.PREDICTED:
+                hidden[body] = self._optimiser.pose(body)
+        for body, pose in self._carried.follow(frame, seen, hidden).items():
+            if self._optimiser.structures.root(body) == body:
+                self._optimiser.move(body, pose)
+                self._expected[body] = pose
+
     def _regain(self, regainer: Regainer, frame: Frame, estimates: Sequence[PartEstimate]) -> None:
         """Look for parts that are lost, hidden or in doubt, or were found again just now."""
         wanted = {}
         for body, each in enumerate(estimates):
+            self._unseen[body] += 1
             sure = each.status is Status.TRACKED and each.confidence >= _IN_DOUBT
             if sure:
-                self._trusted[body] = self._optimiser.pose(body)
+                self._left[body] = self._expected[body] = self._optimiser.pose(body)
+                self._unseen[body] = 0
                 self._probation[body] -= min(self._probation[body], 1)
             carried = each.status is Status.INFERRED
-            if body in self._trusted and not carried and (not sure or self._probation[body]):
-                wanted[body] = self._trusted[body]
+            if body in self._expected and not carried and (not sure or self._probation[body]):
+                wanted[body] = Wanted(
+                    self._expected[body],
+                    self._left[body],
+                    self._unseen[body],
+                    self._judge.usual(body),
+                )
         for body, found in regainer.search(frame, wanted).items():
             tracked = estimates[body].status is Status.TRACKED
             better = found.likelihood > self._optimiser.likelihoods[body] + _MARGIN
@@ -188,12 +237,15 @@ class Tracker:
                 self._probation[body] = _PROBATION_FRAMES
 
     def _settle(
-        self, frame: Frame, which: npt.NDArray[np.int64], camera_from_body: Mapping[str, Pose]
+        self,
+        frames: Sequence[Frame | None],
+        which: npt.NDArray[np.int64],
+        camera_from_body: Mapping[str, Pose],
     ) -> None:
         """Put bodies at poses, then refine them and learn their colours in turns."""
         for name, pose in camera_from_body.items():
             self._optimiser.place(self.names.index(name), pose)
-        self._optimiser.see(frame)
+        self._optimiser.see(*frames)
         self._optimiser.correspond()
         for margin_px in self._start_parameters.margins_px:
             self._optimiser.learn(which, afresh_beyond_px=margin_px)
@@ -204,10 +256,7 @@ class Tracker:
     def _estimates(self, predicted: npt.NDArray[np.float64]) -> tuple[PartEstimate, ...]:
         """What can be said of all bodies after a frame; hidden ones go back to `predicted`."""
         optimiser = self._optimiser
-        evidence = [
-            Evidence.of(optimiser.counts(body), optimiser.support[body])
-            for body in range(len(self.names))
-        ]
+        evidence = [optimiser.evidence(body) for body in range(len(self.names))]
         believed = [self._judge.is_believed(body, each) for body, each in enumerate(evidence)]
         estimates = []
         for body in range(len(self.names)):

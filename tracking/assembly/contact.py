@@ -28,7 +28,7 @@ class Contacts:
 
     def __init__(self, parts: Iterable[Part]) -> None:
         parts = tuple(parts)
-        samples = {part.name: _samples(part.mesh) for part in parts}
+        samples = {part.name: surface_samples(part.mesh) for part in parts}
         self.center_m = {part.name: part.mesh.center_m.astype(np.float64) for part in parts}
         self.radius_m = {part.name: float(part.mesh.radius_m) for part in parts}
         self.diameter_m = {part.name: float(part.mesh.diameter_m) for part in parts}
@@ -49,7 +49,7 @@ class Contacts:
         return float(distance.min())
 
 
-def _samples(mesh: Mesh) -> Array:
+def surface_samples(mesh: Mesh) -> Array:
     """(N, 3) points of a surface, evenly by area, and its vertices; always the same ones."""
     rng = np.random.default_rng(0)
     corners = mesh.vertices[mesh.faces].astype(np.float64)
