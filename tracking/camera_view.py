@@ -245,12 +245,7 @@ class CameraView:
 
     def evidence(self, body: int) -> Evidence:
         """What of the frame agrees with a body's pose, after `weigh`."""
-        return Evidence.of(self.counts(body), self.support[body])
-
-    def counts(self, body: int) -> npt.NDArray[np.int64]:
-        """(2, 4) what became of a body's lines and points: considered, hidden, valid, -."""
-        counts: npt.NDArray[np.int64] = self._counts[body].sum(axis=0)
-        return counts
+        return Evidence.of(self._counts[body].sum(axis=0), self.support[body])
 
     def sees(self, visibility: float) -> npt.NDArray[np.int64]:
         """(B,) 1 where at least this share of a body's lines and points is not hidden."""

@@ -169,11 +169,6 @@ class Optimiser:
         if not np.isfinite(self._bodies.poses[body]).all():
             self._bodies.active[body] = 0
 
-    def counts(self, body: int) -> npt.NDArray[np.int64]:
-        """(2, 4) what became of a body's lines and points; of all cameras."""
-        counts: npt.NDArray[np.int64] = np.sum([view.counts(body) for view in self._seeing], axis=0)
-        return counts
-
     def evidence(self, body: int) -> Evidence:
         """What of the frames agrees with a body's pose, after `weigh`."""
         return seen_together([view.evidence(body) for view in self._seeing])

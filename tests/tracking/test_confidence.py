@@ -5,7 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from snapfit.tracking.confidence import Evidence, LossJudge, LossParameters
+from snapfit.tracking.confidence import (
+    NO_EVIDENCE,
+    Evidence,
+    LossJudge,
+    LossParameters,
+    seen_together,
+)
 from snapfit.tracking.result import Status
 
 GOOD = Evidence(
@@ -150,3 +156,14 @@ def test_patience_and_thresholds_can_be_set() -> None:
     assert judge.judge(0, GOOD, solved=True) is Status.PREDICTED
     plenty = dataclasses.replace(GOOD, lines=400, points=400, visible_points=400)
     assert judge.judge(0, plenty, solved=True) is Status.LOST
+
+
+def test_what_several_cameras_know_adds_up_and_the_best_view_counts() -> None:
+    assert seen_together([GOOD]) == GOOD
+    both = seen_together([HIDDEN, GOOD])
+    assert both.visibility == GOOD.visibility
+    assert both.lines == HIDDEN.lines + GOOD.lines
+    assert both.supporting_points == GOOD.supporting_points
+    assert not LossJudge(1).is_hidden(both)
+    assert LossJudge(1).is_hidden(seen_together([HIDDEN, HIDDEN]))
+    assert seen_together([]) == NO_EVIDENCE
