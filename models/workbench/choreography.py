@@ -28,6 +28,7 @@ _AIR_X_M, _AIR_Y_M, _AIR_Z_M = (-0.15, 0.15), (-0.12, 0.10), (0.10, 0.19)
 _PEAK_M = 0.0115
 _TWIST_FRAMES, _TWIST_RAD = 20, math.radians(75)
 _SUB_FRAMES = 30
+_LIFT_M, _CARRY_FRAMES = 0.09, (26, 46)
 _TURN_WEIGHT, _UNTRACKED_WEIGHT = 0.6, 0.45
 # Ways through the air that are tried until one is clear, each higher than the one before.
 _TRIES, _HIGHER_M = 6, 0.04
@@ -76,6 +77,7 @@ class Choreographer:
         plan: Sequence[tuple[Step, tuple[Mount, ...]]],
         pace: Pace,
         seed: int,
+        links: Sequence[Link] = (),
     ) -> None:
         self._tracked, self._bodies = tracked, bodies
         self._plan = plan
@@ -83,7 +85,7 @@ class Choreographer:
         self._rng = np.random.default_rng((seed, 1))
         self._initial = dict(initial)
         self._now = dict(initial)
-        self._links: list[Link] = []
+        self._links: list[Link] = list(links)
         self._root = root_of([mount.link for _, mounts in plan for mount in mounts])
         self._moves: list[Move] = []
         self._states = [(0.0, first_state)]
@@ -113,6 +115,23 @@ class Choreographer:
                     self._frame += _GAP
                     entry += 1
         duration_s = (n_frames - 1) / FRAME_RATE_HZ
+        return Script(self._initial, tuple(self._moves), tuple(self._states), duration_s)
+
+    def carry(self, part: str, goal: Pose, back_m: Array, n_rest: int) -> Script:
+        """One part brought to any place and left there, instead of the assembly.
+
+        Args:
+            part: its name.
+            goal: `world_from_part`.
+            back_m: (3,) from the goal back along the straight last stretch, world frame.
+            n_rest: frames at the end in which nothing moves.
+        """
+        before = Pose.from_translation(*back_m) @ goal
+        length_m = self._now[part].distance_to(before) + _LIFT_M
+        n_way = int(np.clip(round(1.875 * length_m / _PEAK_M), *_CARRY_FRAMES))
+        self._swing(part, before, n_way, lift_m=_LIFT_M)
+        self._add(part, Slide(before, goal), _sliding_frames(back_m, n_way))
+        duration_s = (self._frame + n_rest - 1) / FRAME_RATE_HZ
         return Script(self._initial, tuple(self._moves), tuple(self._states), duration_s)
 
     def _mount(self, mount: Mount, n: int) -> None:
@@ -225,13 +244,13 @@ class Choreographer:
         n_carry = min(round(1.875 * length_m / _PEAK_M), n)
         n_subs = round((n - n_carry) / _SUB_FRAMES)
         if n_subs < 1:
-            self._swing(part, before, n, lift_m=0.09)
+            self._swing(part, before, n, lift_m=_LIFT_M)
             return
         n_sub = (n - n_carry) // n_subs
         stations = [before]
         for _ in range(n_subs):
             stations.insert(0, self._aside(part, stations[0], n_sub))
-        self._swing(part, stations[0], n - n_subs * n_sub, lift_m=0.09)
+        self._swing(part, stations[0], n - n_subs * n_sub, lift_m=_LIFT_M)
         for station in stations[1:]:
             self._swing(part, station, n_sub)
 

@@ -58,6 +58,32 @@ class Clearance:
             total += share if share > _TOUCH_SHARE else 0.0
         return total
 
+    def gap_m(
+        self, moving: Mapping[str, Pose], standing: Mapping[str, Pose], within_m: float
+    ) -> float:
+        """The least distance between surfaces of parts; 0 where they overlap.
+
+        Args:
+            moving: `world_from_part` of some parts.
+            standing: `world_from_part` of the others.
+            within_m: farther away is told as this.
+        """
+        least_mm = within_m * _MM
+        boxes = {name: self._box(name, pose) for name, pose in {**standing, **moving}.items()}
+        for a, b in itertools.product(moving, standing):
+            apart_mm = np.maximum(boxes[a][0] - boxes[b][1], boxes[b][0] - boxes[a][1])
+            if float(np.linalg.norm(np.maximum(apart_mm, 0))) >= least_mm:
+                continue
+            between = standing[b].inverse() @ moving[a]
+            placed = _placed(self._solids[a], between)
+            least_mm = min(least_mm, float(placed.min_gap(self._solids[b], least_mm)))
+        return least_mm / _MM
+
+    def common_share(self, part: str, moved: Pose) -> float:
+        """Share of a part's volume in which it is again after a motion of its own frame."""
+        solid = self._solids[part]
+        return float((_placed(solid, moved) ^ solid).volume()) / self._volumes[part]
+
     def worst(
         self, ways: Iterable[Pose], joined: Mapping[str, Pose], standing: Mapping[str, Pose]
     ) -> float:

@@ -215,7 +215,7 @@ def render_run(run: Run) -> RunReport:
         for index in indices:
             frame = film.frame(index, condition)
             masks = [each.mask for each in frame.sightings.values()]
-            writer.write(index, frame.color, frame.depth, masks, _entry(asset, frame))
+            writer.write(index, frame.color, frame.depth, masks, frame_entry(asset, frame))
         counts[condition] = len(indices)
         seconds[condition] = time.perf_counter() - started_s
     return RunReport(run.asset, counts, seconds)
@@ -231,7 +231,8 @@ def _film(name: str, n_frames: int, order: Order) -> tuple[Asset, Film]:
     return asset, CyclesFilm(asset, n_frames, seed, order.scale, samples=samples)
 
 
-def _entry(asset: Asset, frame: FilmFrame) -> dict[str, Any]:
+def frame_entry(asset: Asset, frame: FilmFrame) -> dict[str, Any]:
+    """What `BopWriter.write` is told of a frame."""
     parts = {part.name: part for part in asset.parts}
     sightings = frame.sightings
     return {

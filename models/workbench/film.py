@@ -16,6 +16,7 @@ from snapfit.models.workbench.bench import sampled_scene
 from snapfit.models.workbench.grasp import HandScript
 from snapfit.models.workbench.hand import Body
 from snapfit.models.workbench.scene import STANDARD_CAMERA
+from snapfit.models.workbench.script import Script
 from snapfit.models.workbench.sensor import Sensor
 from snapfit.models.workbench.sighting import Sighting, sighting
 from snapfit.models.workbench.speed import moving_part
@@ -48,17 +49,31 @@ class FilmFrame:
 class Film:
     """The assembly of an asset in front of a camera.
 
+    Args:
+        asset: whose parts are seen.
+        n_frames: of the assembly.
+        seed: of everything.
+        scale: share of 1280x720.
+        script: what happens on the bench of this seed; None is the assembly.
+
     Raises:
         WorkbenchError: as `timed_assembly`.
     """
 
-    def __init__(self, asset: Asset, n_frames: int, seed: int, scale: float = 1.0) -> None:
+    def __init__(
+        self,
+        asset: Asset,
+        n_frames: int,
+        seed: int,
+        scale: float = 1.0,
+        script: Script | None = None,
+    ) -> None:
         scene = sampled_scene(seed, [part.color_rgb for part in asset.parts])
         if scale != 1.0:
             scene = scene.scaled(scale)
         self.asset, self.scene, self.n_frames, self._seed = asset, scene, n_frames, seed
         self.camera = RgbdCamera(scene.camera, scene.camera)
-        self.script = timed_assembly(asset, scene, n_frames, seed)
+        self.script = script or timed_assembly(asset, scene, n_frames, seed)
         self._stage = Stage(scene, asset.parts)
         self._sensor = Sensor(scene.camera, np.random.default_rng((seed, 2)))
         eye = scene.camera_from_world.inverse().translation

@@ -10,7 +10,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from snapfit.server.cli.dataset_runs import render_test_split, render_train_split
+from snapfit.server.cli.dataset_runs import (
+    render_mistakes_split,
+    render_test_split,
+    render_train_split,
+)
 from snapfit.server.cli.errors import clear_errors
 
 dataset_app = typer.Typer(no_args_is_help=True, help="The simulated dataset.")
@@ -21,6 +25,7 @@ class Split(StrEnum):
 
     TEST = "test"
     TRAIN = "train"
+    MISTAKES = "mistakes"
 
 
 class ConditionName(StrEnum):
@@ -56,13 +61,15 @@ def _dataset() -> None:
 @dataset_app.command()
 def render(
     split: Annotated[
-        Split, typer.Option(help="test: films of the assembly; train: images to learn from.")
+        Split,
+        typer.Option(help="test: films; train: images; mistakes: films of wrong steps."),
     ] = Split.TEST,
     asset: Annotated[
         list[str] | None, typer.Option(help="An asset, may be repeated; all if absent.")
     ] = None,
     condition: Annotated[
-        list[ConditionName] | None, typer.Option(help="Test: may be repeated; all if absent.")
+        list[ConditionName] | None,
+        typer.Option(help="May be repeated; test: all if absent; mistakes: normal."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the dataset.")] = Path("dataset"),
     jobs: Annotated[int, typer.Option(help="Processes; -1: one a core.")] = -1,
@@ -84,7 +91,8 @@ def render(
         int, typer.Option(min=1, max=4096, help="Paths of light a pixel, by cycles.")
     ] = 48,
     count: Annotated[
-        int | None, typer.Option(min=1, help="Train: images of each asset; 15000 if absent.")
+        int | None,
+        typer.Option(min=1, help="Train: images of each asset (15000); mistakes: sequences (64)."),
     ] = None,
     depth: Annotated[bool, typer.Option("--depth", help="Train: write depth too.")] = False,
     masks: Annotated[
@@ -119,6 +127,17 @@ def render(
                 scale=scale,
             )
             render_train_split(console, train, jobs, backend)
+        elif split is Split.MISTAKES:
+            own = {"depth": depth, "masks": masks, "keypoints": keypoints}
+            _refuse(split, own | {"limit": limit, "renderer": is_cycles})
+            from snapfit.models.workbench.mistake_set import N_SEQUENCES, MistakeOrder
+            from snapfit.models.workbench.split import Condition
+
+            chosen = tuple(
+                Condition(name) for name in dict.fromkeys(condition or [ConditionName.NORMAL])
+            )
+            wrong = MistakeOrder(out, names, count or N_SEQUENCES, chosen, seed, scale)
+            render_mistakes_split(console, wrong, jobs, backend)
         else:
             own = {"count": count, "depth": depth, "masks": masks, "keypoints": keypoints}
             _refuse(split, own)

@@ -12,6 +12,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from snapfit.models.workbench.dataset import Order
+    from snapfit.models.workbench.mistake_set import MistakeOrder
     from snapfit.models.workbench.train_set import TrainOrder
 
 
@@ -52,6 +53,28 @@ def render_train_split(console: Console, order: TrainOrder, jobs: int, backend: 
     console.print(
         f"{last['images']} images rendered into {order.directory}; "
         f"{last['images_per_second']} images a second"
+    )
+
+
+def render_mistakes_split(console: Console, order: MistakeOrder, jobs: int, backend: str) -> None:
+    """Renders the split of mistakes and shows what is in it.
+
+    Raises:
+        SnapfitError: as `render_mistakes`.
+    """
+    from snapfit.models.workbench.mistake import MistakeKind
+    from snapfit.models.workbench.mistake_set import render_mistakes
+
+    with _counted(console) as show:
+        summary = render_mistakes(order, jobs=jobs, backend=backend, progress=show)
+    table = Table("asset", *(kind.replace("_", " ") for kind in MistakeKind))
+    made = [(folder.asset, mistake.kind) for folder, mistake in summary["sequences"]]
+    for asset in dict.fromkeys(asset for asset, _ in made):
+        table.add_row(asset, *(str(made.count((asset, kind))) for kind in MistakeKind))
+    console.print(table)
+    console.print(
+        f"{len(made)} sequences in {order.directory}; {summary['frames']} frames rendered "
+        f"in {summary['seconds']} s"
     )
 
 
