@@ -24,6 +24,7 @@ from snapfit.tracking.result import PartEstimate, Status
 _SAME_M, _SAME_RAD = 0.006, math.radians(8)
 _CONVINCING = 0.5
 _BETTER, _VISIBLE = 1.15, 0.2
+_FIT_M, _AS_GOOD = 0.012, 0.95
 
 
 @dataclass(frozen=True)
@@ -105,12 +106,14 @@ class GraphFollower:
         self._frame += 1
         self._is_seen = {each.part: each.status is Status.TRACKED for each in estimates}
         free = {} if self._parameters.judge.thresholds_alone else self._try_without_link(estimates)
+        poses = {each.part: each.camera_from_body for each in estimates}
+        poses |= self._fitting(poses)
         observations = [
             PartObservation(
                 each.part,
                 each.status,
                 each.confidence,
-                each.camera_from_body,
+                poses[each.part],
                 each.covariance,
                 each.visibility,
                 free.get(each.part),
@@ -136,6 +139,33 @@ class GraphFollower:
             self._optimiser.move(self._names.index(name), pose)
         self._shadows.clear()
         return (*jumped, *freed)
+
+    def _fitting(self, poses: Mapping[str, Pose | None]) -> Mapping[str, Pose]:
+        """Another pose of a part in its place, where the image agrees with it as well.
+
+        A thread that sticks in a jaw can turn about itself unseen: its pose is one of many, and
+        the one that its link wants is as good as any. One part is tried in a frame.
+        """
+        for edge in self._judge.graph.edges(self._judge.state):
+            for measure in edge.deciding:
+                link = measure.link
+                parent, child = poses.get(link.parent), poses.get(link.child)
+                if parent is None or child is None or not self._is_seen[link.child]:
+                    continue
+                relative = (parent.inverse() @ child).matrix
+                if measure.is_far(relative, _FIT_M):
+                    continue
+                fit = measure.fit(relative)
+                if fit.translation_m > _FIT_M or fit.rotation_rad < _SAME_RAD / 2:
+                    continue
+                wanted = parent @ measure.joint.parent_from_child(fit.q)
+                wanted = wanted @ fit.child_symmetry.inverse()
+                body = self._names.index(link.child)
+                tried = self._optimiser.attempt(body, wanted)
+                near = tried.camera_from_body.angle_to(wanted) < _SAME_RAD
+                as_good = tried.likelihood > _AS_GOOD * self._optimiser.likelihoods[body]
+                return {link.child: tried.camera_from_body} if near and as_good else {}
+        return {}
 
     def _probe(self, part: str, pose: Pose) -> float:
         """How well the image agrees with a part at a place; NaN where it cannot be seen there."""

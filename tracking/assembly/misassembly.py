@@ -105,6 +105,8 @@ class MisassemblyWatch:
         is_over = relations.still_frames[pair] < self._parameters.wrong_frames
         if part in self._active or is_over or not self._watched[pair] or self._state is None:
             return
+        if not relations.has_been_moved(part):
+            return  # It lies where it always lay: what was put beside it is in its own place.
         a, b = self._names[relations.first[pair]], self._names[relations.second[pair]]
         gap_m = self._contacts.gap_m(a, b, relations.rest[pair], self._parameters.contact_m)
         situation = Situation(self._graph, self._state, relations, self._contacts, self._parameters)

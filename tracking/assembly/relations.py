@@ -31,6 +31,8 @@ class Relations:
         still_frames: (P,) frames since then.
         has_moved: (P,) whether the pair has been moved since it was first seen.
         start: (P, 4, 4) where it was then.
+        part_moved: (N,) whether each part itself has been moved since it was first seen, not only
+            another one beside it.
     """
 
     def __init__(self, parts: Sequence[str], parameters: AssemblyParameters) -> None:
@@ -43,6 +45,9 @@ class Relations:
             for i, (a, b) in enumerate(zip(self.first, self.second, strict=True))
         }
         self._poses = np.tile(np.eye(4), (len(parts), 1, 1))
+        self._first_poses = np.tile(np.eye(4), (len(parts), 1, 1))
+        self._is_known: Flags = np.zeros(len(parts), dtype=np.bool_)
+        self.part_moved: Flags = np.zeros(len(parts), dtype=np.bool_)
         self.is_seen: Flags = np.zeros(n_pairs, dtype=np.bool_)
         self.mean = np.zeros((n_pairs, 4, 4))
         self.rest = np.zeros((n_pairs, 4, 4))
@@ -58,6 +63,7 @@ class Relations:
             number = self._numbers[name]
             self._poses[number] = pose.matrix
             here[number] = True
+        self._find_moved(here)
         self.is_seen = here[self.first] & here[self.second]
         if not self.is_seen.any():
             return
@@ -91,6 +97,20 @@ class Relations:
         apart = (b[:, :3, 3] - a[:, :3, 3])[..., None]
         relative[:, :3, 3] = (a_from_camera @ apart)[..., 0]
         return relative
+
+    def _find_moved(self, here: Flags) -> None:
+        """Which parts have left the place in which they were first seen; the camera stands."""
+        new = here & ~self._is_known
+        self._first_poses[new] = self._poses[new]
+        self._is_known |= here
+        if not self.part_moved.all():
+            p = self._parameters
+            way_m, turn_rad = distances(self._first_poses, self._poses)
+            self.part_moved |= here & ((way_m > p.moved_m) | (turn_rad > p.moved_rad))
+
+    def has_been_moved(self, part: str) -> bool:
+        """Whether a part itself has been moved since it was first seen."""
+        return bool(self.part_moved[self._numbers[part]])
 
     def _smooth(self, measured: Array) -> None:
         p, seen = self._parameters, self.is_seen

@@ -85,7 +85,8 @@ def what_is_wrong(situation: Situation, part: str, is_touching: bool) -> Verdict
     nearest = min((fit for _, fit in own), key=lambda fit: fit.translation_m, default=None)
     errors = (_NAN, _NAN) if nearest is None else (nearest.translation_m, nearest.rotation_rad)
     for measure, fit in own:
-        if _is_at_place(situation, measure):
+        is_turned = fit.rotation_rad > math.radians(measure.link.rotation_tolerance_deg)
+        if is_turned and _is_at_place(situation, measure):
             return MisassemblyKind.WRONG_WAY_ROUND, fit.translation_m, fit.rotation_rad
     if _takes_a_place(situation, part):
         return (MisassemblyKind.WRONG_PART, *errors)
