@@ -17,8 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.asset import Asset
+from snapfit.models.errors import WorkbenchError
 from snapfit.models.mesh import Mesh
-from snapfit.models.pose import Array
+from snapfit.models.pose import Array, Pose
 from snapfit.models.workbench import stage_kernels
 from snapfit.models.workbench.blender import (
     add_ground,
@@ -176,6 +177,18 @@ class CyclesFilm(Film):
         super().__init__(asset, n_frames, seed, scale)
         self._samples = samples
         self._cycles = Cycles(self.scene)
+
+    def beside(self, camera_from_world: Pose) -> Film:
+        """Blender holds one scene and one camera a process.
+
+        Raises:
+            WorkbenchError: always.
+        """
+        x, y, z = camera_from_world.inverse().translation
+        raise WorkbenchError(
+            f"no second camera at ({x:.2f}, {y:.2f}, {z:.2f}) m: Cycles has one camera; "
+            "take a second one beside a `Film`"
+        )
 
     def _picture(self, time_s: float, condition: Condition) -> Picture:
         """As by the own renderer, but for the colours."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -82,6 +83,20 @@ class Film:
         rng = np.random.default_rng((seed, 3))
         self._hand = HandScript(self.script, meshes, eye, rng, tracked)
         self._kept: dict[bytes, Backdrop] = {}
+        self._noise_seed = (seed, 4)
+
+    def beside(self, camera_from_world: Pose) -> Film:
+        """The same film, its hand included, as another camera on the bench sees it.
+
+        The hand comes before parts as the first camera sees them. Noise is another.
+        """
+        other = copy(self)
+        other.scene = replace(self.scene, camera_from_world=camera_from_world)
+        other._stage = Stage(other.scene, self.asset.parts)
+        other._sensor = Sensor(other.scene.camera, np.random.default_rng((self._seed, 6)))
+        other._kept = {}
+        other._noise_seed = (self._seed, 7)
+        return other
 
     @staticmethod
     def camera_of(scale: float) -> RgbdCamera:
@@ -94,7 +109,7 @@ class Film:
         time_s = index / FRAME_RATE_HZ
         picture = self._picture(time_s, condition)
         order = list(Condition).index(condition)
-        rng = np.random.default_rng((self._seed, 4, order, index))
+        rng = np.random.default_rng((*self._noise_seed, order, index))
         poses = self.script.poses_at(time_s)
         depth = self._sensor.depth(picture.depth, rng)
         return FilmFrame(

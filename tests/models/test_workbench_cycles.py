@@ -48,6 +48,11 @@ def test_pictures_of_two_renderers_do_not_mix(tmp_path):
         claim_folder(tmp_path, {"seed": 1})
 
 
+def test_there_is_no_second_camera_beside_blenders():
+    with pytest.raises(WorkbenchError, match="Cycles has one camera"):
+        CyclesFilm.beside(object.__new__(CyclesFilm), Pose.identity())
+
+
 def ids_by_blender(cycles, bodies, shape):
     """(H, W) the number of the body at each pixel's centre: all glow in their own grey."""
     import bpy
