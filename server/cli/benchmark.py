@@ -19,6 +19,13 @@ def benchmark(
             show_default=False,
         ),
     ] = None,
+    mistakes: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead of --data: a dataset with the split `mistakes`; are they noticed?",
+            show_default=False,
+        ),
+    ] = None,
     methods: Annotated[str, typer.Option(help="Tracking methods, with commas between.")] = "icg",
     asset: Annotated[
         list[str] | None, typer.Option(help="Only this asset; may be given again.")
@@ -44,10 +51,16 @@ def benchmark(
 ) -> None:
     """Benchmark tracking methods: the paper's table, strict figures, plots and films."""
     with clear_errors():
+        names = tuple(name.strip() for name in methods.split(",") if name.strip())
         # The tracker's libraries take seconds to load, and --help needs none of them.
+        if mistakes is not None:
+            _refuse_with_mistakes(data, condition, quick=quick, films=bool(films), jobs=jobs)
+            from snapfit.server.cli.benchmark_mistakes import run_mistakes
+
+            run_mistakes(mistakes, out, tuple(dict.fromkeys(names)), tuple(asset or ()))
+            return
         from snapfit.server.cli.benchmark_run import Wishes, run
 
-        names = tuple(name.strip() for name in methods.split(",") if name.strip())
         run(
             Wishes(
                 data=data,
@@ -62,3 +75,13 @@ def benchmark(
                 page=report,
             )
         )
+
+
+def _refuse_with_mistakes(
+    data: Path | None, condition: list[str] | None, *, quick: bool, films: bool, jobs: int
+) -> None:
+    """Options that do not go with --mistakes are an error, not ignored."""
+    given = {"data": data, "condition": condition, "quick": quick, "films": films, "jobs": jobs > 1}
+    for name, value in given.items():
+        if value:
+            raise typer.BadParameter(f"--{name} does not go with --mistakes")
