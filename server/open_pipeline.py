@@ -29,7 +29,9 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
     report("opening the source", None)
     source = RecordedSource(load_recording(folder, asset), loop="pingpong")
     try:
-        tracker = create_tracker(spec.method, source.parts, source.camera, report)
+        tracker = create_tracker(
+            spec.method, source.parts, source.camera, report, asset=source.asset
+        )
     except BaseException:
         source.close()
         raise

@@ -79,7 +79,7 @@ def _make_tracker(method: str, source: RecordedSource, progress: Progress) -> Tr
     def show(message: str, share: float) -> None:
         progress.update(task, description=message, completed=share)
 
-    tracker = create_tracker(method, source.parts, source.camera, show)
+    tracker = create_tracker(method, source.parts, source.camera, show, asset=source.asset)
     progress.remove_task(task)
     return tracker
 
