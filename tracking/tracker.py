@@ -24,7 +24,8 @@ from snapfit.tracking.regain import Regainer, Wanted
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.start import start_variations
 
-_IN_DOUBT, _MARGIN, _PROBATION_FRAMES, _SEEN_WELL = 0.5, 60.0, 45, 0.35
+_IN_DOUBT, _MARGIN, _PROBATION_FRAMES, _SEEN_WELL = 0.5, 60.0, 45, 0.12
+_AGREES = 0.9
 
 
 class Tracker:
@@ -197,8 +198,9 @@ class Tracker:
         seen, hidden = {}, {}
         for body, each in enumerate(estimates):
             if each.status is Status.TRACKED:
-                # Where little is seen, a pose trembles: no motion can be read from it.
-                if each.visibility > _SEEN_WELL and each.confidence > _IN_DOUBT:
+                # Where little is seen or agrees, a pose trembles: no motion can be read from it.
+                agrees = each.confidence > _AGREES * self._judge.usual(body)
+                if agrees and each.visibility > _SEEN_WELL:
                     seen[body] = self._optimiser.pose(body)
             elif each.status is Status.PREDICTED:
                 hidden[body] = self._optimiser.pose(body)
@@ -217,8 +219,9 @@ class Tracker:
                 self._left[body] = self._expected[body] = self._optimiser.pose(body)
                 self._unseen[body] = 0
                 self._probation[body] -= min(self._probation[body], 1)
-            carried = each.status is Status.INFERRED
-            if body in self._expected and not carried and (not sure or self._probation[body]):
+            if self._is_carried(body, estimates):
+                continue
+            if body in self._expected and (not sure or self._probation[body]):
                 wanted[body] = Wanted(
                     self._expected[body],
                     self._left[body],
@@ -235,6 +238,11 @@ class Tracker:
                 for member in members:
                     self._judge.reset(int(member))
                 self._probation[body] = _PROBATION_FRAMES
+
+    def _is_carried(self, body: int, estimates: Sequence[PartEstimate]) -> bool:
+        """Whether a body is linked to another one that is seen: its module needs no search."""
+        members = self._optimiser.structures.members(body)
+        return any(m != body and estimates[int(m)].status is Status.TRACKED for m in members)
 
     def _settle(
         self,
