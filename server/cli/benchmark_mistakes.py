@@ -19,6 +19,7 @@ from snapfit.tracking.benchmark.mistakes_report import (
     mistakes_markdown,
     summary_line,
 )
+from snapfit.tracking.benchmark.provenance import commit
 from snapfit.tracking.errors import TrackingError
 
 
@@ -38,6 +39,8 @@ def run_mistakes(data: Path, out: Path, methods: Sequence[str], assets: Sequence
     console = Console(highlight=False)
     check_can_judge(methods)
     check_writable(out)
+    # That of the code that is loaded, whatever is changed meanwhile.
+    loaded = commit()
     folders = [each for each in find_mistakes(data) if not assets or each.asset in assets]
     if not folders:
         raise TrackingError(f"{data} has no mistakes of {', '.join(assets)}")
@@ -56,8 +59,10 @@ def run_mistakes(data: Path, out: Path, methods: Sequence[str], assets: Sequence
                 bar.advance(task)
     if verdicts:
         verdicts.sort(key=lambda each: list(methods).index(each.method))
-        write_text(out / "mistakes.md", mistakes_markdown(verdicts))
-        write_text(out / "mistakes.json", json.dumps(mistakes_json(verdicts), indent=1) + "\n")
+        write_text(out / "mistakes.md", mistakes_markdown(verdicts, loaded))
+        write_text(
+            out / "mistakes.json", json.dumps(mistakes_json(verdicts, loaded), indent=1) + "\n"
+        )
         for line in summary_line(verdicts):
             console.print(line, soft_wrap=True)
         console.print(f"written to {out}", soft_wrap=True)

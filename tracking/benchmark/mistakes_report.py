@@ -7,7 +7,7 @@ from typing import Any
 
 from snapfit.models.workbench.mistake import MistakeKind
 from snapfit.tracking.benchmark.mistakes import FOUND_FRAMES, Verdict, median_delay
-from snapfit.tracking.benchmark.provenance import Machine, command_line, commit
+from snapfit.tracking.benchmark.provenance import Machine, command_line
 from snapfit.tracking.benchmark.tables import number, plain_table
 
 _FIGURES = ("sequences", "found", "kind right", "delay", "false events", "state kept", "tracked")
@@ -21,12 +21,12 @@ _READING = (
 )
 
 
-def mistakes_markdown(verdicts: Sequence[Verdict]) -> str:
-    """The whole report."""
+def mistakes_markdown(verdicts: Sequence[Verdict], commit: str) -> str:
+    """The whole report, of a commit's code."""
     machine = Machine.here()
     facts = (
         f"Command: `{command_line()}`",
-        f"Commit: {commit()} (+: with changes)",
+        f"Commit: {commit} (+: with changes)",
         f"Machine: {machine.cpu}, {machine.n_cores} cores, {machine.system}",
     )
     blocks = [
@@ -41,11 +41,11 @@ def mistakes_markdown(verdicts: Sequence[Verdict]) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def mistakes_json(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+def mistakes_json(verdicts: Sequence[Verdict], commit: str) -> dict[str, Any]:
     """For programs: figures by method, kind and asset, and every sequence."""
     return {
         "command": command_line(),
-        "commit": commit(),
+        "commit": commit,
         "figures": [
             {"method": method, "group": group, "name": name, **_figures(own)}
             for group, key in (

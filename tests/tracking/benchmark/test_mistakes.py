@@ -156,12 +156,13 @@ def test_the_report_counts_by_kind_and_asset(judged):
     good = judged(("jaw", PLACE, REST + 20, N_FRAMES))
     late = judged(("jaw", PLACE, REST + 46, N_FRAMES), ("bolt", PART, 5, 6), jaw_lost=True)
     other = replace(late, mistake=MISTAKE.model_copy(update={"kind": MistakeKind.WRONG_ORDER}))
-    text = mistakes_markdown([good, late, other])
+    assert "Commit: c0ffee" in mistakes_markdown([good], "c0ffee")
+    text = mistakes_markdown([good, late, other], "c0ffee")
     assert "| gbot | wrong place | 2 | 50.0 | 50.0 | 20 | 1 | 100.0 | 50.0 |" in text
     assert "| gbot | wrong order | 1 | 0.0 | 0.0 | - | 1 | 100.0 | 0.0 |" in text
     assert "| gbot | all | 3 | 33.3 | 33.3 | 20 | 2 | 100.0 | 33.3 |" in text
     assert f"| gbot | {CLAMP} 000007 | jaw: wrong place | 46 | - | 5: bolt wrong_part |" in text
-    record = mistakes_json([good, late])
+    record = mistakes_json([good, late], "c0ffee")
     whole = next(each for each in record["figures"] if each["group"] == "all")
     assert (whole["sequences"], whole["found_percent"], whole["false_events"]) == (2, 50.0, 1)
     assert [each["is_found"] for each in record["sequences"]] == [True, False]
