@@ -13,7 +13,7 @@ import trimesh
 import typer
 from typer.testing import CliRunner
 
-from snapfit.models.asset import Part
+from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.models.recording import GroundTruth
@@ -64,8 +64,14 @@ def trackers(monkeypatch: pytest.MonkeyPatch) -> list[ShiftedTracker]:
     made: list[ShiftedTracker] = []
 
     def create(
-        method: str, parts: Sequence[Part], camera: RgbdCamera, progress: Any
+        method: str,
+        parts: Sequence[Part],
+        camera: RgbdCamera,
+        progress: Any,
+        *,
+        asset: Asset | None,
     ) -> ShiftedTracker:
+        assert asset is None  # the recording has loose parts
         assert camera.color == CAMERA.color
         progress(f"preparing {method}", 1.0)
         made.append(ShiftedTracker(parts))
