@@ -269,7 +269,7 @@ def test_the_report_is_put_into_a_page_that_has_words_of_its_own(
     result = invoke(data, tmp_path / "out", *options)
     assert result.exit_code == 0, result.output
     text = page.read_text()
-    assert text.startswith("# Ours\n\nBefore.\n\n<!-- benchmark -->\n\n- Command: `snapfit ")
+    assert text.startswith("# Ours\n\nBefore.\n\n<!-- benchmark -->\n\n- Command: `snapfit")
     assert text.endswith("by status, %.\n\n<!-- /benchmark -->\n\nAfter.\n")
     assert "Outdated" not in text
     invoke(data, tmp_path / "out", *options)
