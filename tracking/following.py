@@ -25,6 +25,7 @@ _SAME_M, _SAME_RAD = 0.006, math.radians(8)
 _CONVINCING = 0.5
 _BETTER, _VISIBLE = 1.15, 0.2
 _FIT_M, _AS_GOOD = 0.012, 0.95
+_HIDDEN, _FEW_POINTS = 0.1, 20
 
 
 @dataclass(frozen=True)
@@ -105,9 +106,11 @@ class GraphFollower:
             return self._told(), ()
         self._frame += 1
         self._is_seen = {each.part: each.status is Status.TRACKED for each in estimates}
-        free = {} if self._parameters.judge.thresholds_alone else self._try_without_link(estimates)
         poses = {each.part: each.camera_from_body for each in estimates}
-        poses |= self._fitting(poses)
+        free: Mapping[str, Pose] = {}
+        if not self._parameters.judge.thresholds_alone:  # the paper tries nothing out
+            free = self._try_without_link(estimates)
+            poses |= self._fitting(poses)
         observations = [
             PartObservation(
                 each.part,
@@ -172,11 +175,12 @@ class GraphFollower:
         if part not in self._names or part in self._unclear or pose.translation[2] <= 0:
             return math.nan
         tried = self._optimiser.attempt(self._names.index(part), pose)
-        if not tried.solved or tried.evidence.visibility < 0.1 or tried.evidence.points < 20:
+        evidence = tried.evidence
+        if not tried.solved or evidence.visibility < _HIDDEN or evidence.points < _FEW_POINTS:
             return math.nan
         found = tried.camera_from_body
         near = found.distance_to(pose) < 2 * _SAME_M and found.angle_to(pose) < 2 * _SAME_RAD
-        return tried.evidence.confidence if near else 0.0
+        return evidence.confidence if near else 0.0
 
     def _try_without_link(self, estimates: Sequence[PartEstimate]) -> Mapping[str, Pose]:
         """Where linked parts would be by themselves; one of a structure is tried in each frame.

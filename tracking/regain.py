@@ -37,13 +37,11 @@ class RegainParameters:
         tries: poses tried out in a frame, for all parts together.
         convincing: confidence that a found pose needs.
         least_evidence: lines and points that it needs.
-        better: how much likelier than the pose that a part has it must be, logarithm.
     """
 
     tries: int = 3
     convincing: float = 0.7
     least_evidence: int = 120
-    better: float = 60.0
 
 
 @dataclass(frozen=True, eq=False)
