@@ -119,7 +119,7 @@ def find_points(
         counts[VALID] += 1
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def closest_measured(
     depth: U16,
     camera: Intrinsics,

@@ -8,13 +8,13 @@ from numba import njit
 from snapfit.tracking.kernels.types import F32, F64, FAST, Intrinsics
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, forceinline=True)
 def intrinsics(camera: F32) -> Intrinsics:
     """Names for (6,) fx, fy, cx, cy, width, height."""
     return Intrinsics(camera[0], camera[1], camera[2], camera[3], int(camera[4]), int(camera[5]))
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def rotate(pose: F32, x: np.float32, y: np.float32, z: np.float32) -> tuple[F32, F32, F32]:
     """A direction through the rotation of a pose (4, 4)."""
     return (
@@ -24,7 +24,7 @@ def rotate(pose: F32, x: np.float32, y: np.float32, z: np.float32) -> tuple[F32,
     )
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def transform(pose: F32, x: np.float32, y: np.float32, z: np.float32) -> tuple[F32, F32, F32]:
     """A point, metres, through a pose (4, 4)."""
     rx, ry, rz = rotate(pose, x, y, z)

@@ -21,7 +21,7 @@ _SAMPLES_A_SIDE = 4
 _NO_DEPTH = 65535
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def hidden(
     body: int,
     images: Images,
@@ -70,7 +70,7 @@ def hidden(
     )
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def hidden_measured(
     depth: U16,
     camera: Intrinsics,
@@ -110,7 +110,7 @@ def hidden_measured(
     return False
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def hidden_modelled(
     near_depth: F32,
     near_id: U8,

@@ -165,30 +165,31 @@ def correspond_all(
     counts: I64,
 ) -> None:
     """Find the correspondences of all active bodies in what one camera sees; see `refine`."""
-    n_bodies = bodies.poses.shape[0]
-    for body in range(n_bodies):
-        if bodies.active[body]:
-            place_body(body, cameras, models, bodies)
-    for task in prange(n_bodies * n_parts):
-        body = task // n_parts
-        part = task - body * n_parts
-        if bodies.active[body]:
-            correspond(
-                body,
-                part,
-                n_parts,
-                iteration,
-                images,
-                cameras,
-                models,
-                bodies,
-                region,
-                depth,
-                occlusion,
-                lines,
-                points,
-                counts[body, part],
-            )
+    active = np.flatnonzero(bodies.active)
+    n_active = len(active)
+    for i in range(n_active):
+        place_body(active[i], cameras, models, bodies)
+    # Each thread gets one stretch of the tasks. Points lie in random order, so that the first
+    # parts of all bodies cost as much as the last parts of all, whatever each body costs.
+    for task in prange(n_parts * n_active):
+        part = task // n_active
+        body = active[task - part * n_active]
+        correspond(
+            body,
+            part,
+            n_parts,
+            iteration,
+            images,
+            cameras,
+            models,
+            bodies,
+            region,
+            depth,
+            occlusion,
+            lines,
+            points,
+            counts[body, part],
+        )
 
 
 @njit(cache=True, nogil=True, parallel=True)
@@ -203,19 +204,19 @@ def differentiate_all(
     points: Points,
 ) -> None:
     """Gradients and Hessians of all active bodies by one camera's correspondences."""
-    for body in prange(bodies.poses.shape[0]):
-        if bodies.active[body]:
-            differentiate(
-                body,
-                iteration,
-                update,
-                cameras,
-                models,
-                bodies,
-                region,
-                lines,
-                points,
-            )
+    active = np.flatnonzero(bodies.active)
+    for i in prange(len(active)):
+        differentiate(
+            active[i],
+            iteration,
+            update,
+            cameras,
+            models,
+            bodies,
+            region,
+            lines,
+            points,
+        )
 
 
 @njit(cache=True, nogil=True, parallel=True)

@@ -122,7 +122,7 @@ def find_lines(
         counts[VALID] += 1
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def runs_into_alike(
     body: int,
     images: Images,
@@ -152,7 +152,7 @@ def runs_into_alike(
     return False
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def segment_probabilities(
     color: U8, table: F32, scale: int, places: F32, line: int, segments: F32
 ) -> bool:
@@ -220,7 +220,7 @@ def segment_probabilities(
     return True
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def posterior(segments: F32, step_foreground: F32, out: F32, line: int) -> None:
     """The posterior over the contour's offset (SRT3D): product over the taps.
 
@@ -244,7 +244,7 @@ def posterior(segments: F32, step_foreground: F32, out: F32, line: int) -> None:
         out[line, d] *= inverse
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, forceinline=True)
 def moments(distributions: F32, line: int, min_variance: np.float32, out: F32) -> None:
     """Mean (from the line's centre) and variance of a posterior, segments.
 
