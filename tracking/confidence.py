@@ -16,6 +16,7 @@ LINE_TOLERANCE_PX = 3.0
 POINT_TOLERANCE_M = 0.006
 _ENOUGH_EVIDENCE = 60
 _REGION_SHARE = 0.6
+_MANY_LINES, _REFUTED = 60, 0.1
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,13 @@ class Evidence:
     def confidence(self) -> float:
         """Share of the evidence that agrees, 0 to 1; little evidence counts less.
 
-        Without any measured depth, colour alone reaches 0.6 at most.
+        Without any measured depth, colour alone reaches 0.6 at most. Depth alone reaches nothing
+        where many lines were looked at and none agrees: a plate fits any table top.
         """
         region = self.supporting_lines / max(self.lines, 1)
         depth = self.supporting_points / max(self.visible_points, 1)
+        if self.lines >= _MANY_LINES and region < _REFUTED:
+            return 0.0
         agreement = _REGION_SHARE * region + (1 - _REGION_SHARE) * depth
         return agreement * min(1.0, (self.lines + self.points) / _ENOUGH_EVIDENCE)
 
@@ -122,7 +126,9 @@ class LossJudge:
             # What was refuted before it was hidden stays refuted.
             return self._status(body, self._carried(carrier) or Status.PREDICTED)
         if self._is_doubtful(body, evidence):
-            return self._carried(carrier) or Status.PREDICTED
+            if self._doubted[body] > self.parameters.doubt_frames:
+                self._contradicted[body] += 1
+            return self._carried(carrier) or self._status(body, Status.PREDICTED)
         if evidence.confidence >= self.parameters.lost_confidence:
             self._contradicted[body] = 0
             return Status.TRACKED
@@ -148,11 +154,15 @@ class LossJudge:
         return not self.is_hidden(evidence) and evidence.confidence >= least
 
     def _is_doubtful(self, body: int, evidence: Evidence) -> bool:
-        """Whether a pose is much worse than usual, for not too long; learns what is usual."""
+        """Whether a pose is much worse than usual; learns what is usual.
+
+        What is worse for long becomes the usual, if it is good enough to be believed at all.
+        """
         p = self.parameters
         doubtful = evidence.confidence < p.doubt * self._usual[body]
         self._doubted[body] = self._doubted[body] + 1 if doubtful else 0
-        if doubtful and self._doubted[body] <= p.doubt_frames:
+        believable = self._doubted[body] > p.doubt_frames and evidence.confidence > p.believable
+        if doubtful and not believable:
             return True
         rate = p.usual_rate if self._usual[body] else 1.0
         self._usual[body] += rate * (evidence.confidence - self._usual[body])

@@ -67,23 +67,32 @@ class Linker:
         return tuple(jumped)
 
     def _join(self, link: Link, is_seen: Mapping[str, bool]) -> None:
-        """Link two bodies; the pose of the one that is seen stays, the parent's if both are."""
+        """Link two bodies; the module that is seen stays, the parent's if both are.
+
+        A parent that is hidden itself stands where the rest of its module puts it.
+        """
         optimiser, structures = self._optimiser, self._optimiser.structures
         child, parent = self._index[link.child], self._index[link.parent]
         joint = JointMotion.of(self._rigid(link) if self._is_rigid else link)
         q = np.clip(np.zeros(joint.n_dof), joint.limits[:, 0], joint.limits[:, 1])
         camera_from_child = optimiser.pose(child)
-        if is_seen[link.parent] and is_seen[link.child]:
+        parent_is_seen = self._any_seen(parent, is_seen)
+        if parent_is_seen and is_seen[link.child]:
             relative = optimiser.pose(parent).inverse() @ camera_from_child
             fit = LinkMeasure(link, self._symmetry(child, link.child)).fit(relative.matrix)
             q = q if self._is_rigid else fit.q
         structures.link(child, parent, joint, q)
-        if is_seen[link.child] and not is_seen[link.parent]:
+        if is_seen[link.child] and not parent_is_seen:
             optimiser.carry_back(child, camera_from_child)
         root = structures.root(parent)
         optimiser.move(root, optimiser.pose(root))
         for member in structures.members(root):
             optimiser.activate(int(member))
+
+    def _any_seen(self, body: int, is_seen: Mapping[str, bool]) -> bool:
+        """Whether anything of the module of a body is seen."""
+        members = {int(member) for member in self._optimiser.structures.members(body)}
+        return any(is_seen[name] for name, i in self._index.items() if i in members)
 
     def _symmetry(self, body: int, name: str) -> Symmetry:
         alone = len(self._optimiser.structures.members(body)) == 1

@@ -179,7 +179,8 @@ class LossParameters:
         lost_after_frames: ... and when it has done so for this long, the part is lost.
         doubt: with less than this share of its usual confidence a pose is not believed: what is
             seen is then a hand, or the part from a side that was not expected.
-        doubt_frames: so long; then what is seen becomes the usual.
+        doubt_frames: so long; then what is seen becomes the usual, ...
+        believable: ... if its confidence is more than this; else the part is lost.
         usual_rate: share of the newest frame in the usual confidence.
     """
 
@@ -189,6 +190,7 @@ class LossParameters:
     lost_after_frames: int = 10
     doubt: float = 0.0
     doubt_frames: int = 60
+    believable: float = 0.5
     usual_rate: float = 0.1
 
 

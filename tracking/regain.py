@@ -7,7 +7,7 @@ goes on in the next.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -19,6 +19,7 @@ from snapfit.models.pose import Array, Pose
 from snapfit.tracking.body import Body
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.optimiser import Attempt, Optimiser
+from snapfit.tracking.seen_through import SeenThrough
 
 _GRID_PX = 8
 _FOREGROUND = 0.65
@@ -27,6 +28,9 @@ _LEAST_CELLS = 4
 _USUAL, _DOUBTFUL, _BACK = 0.85, 0.45, 0.4
 _FORESHORTENED, _LONG = 0.5, 0.5
 _TURNS_RAD, _HALF_TURNS = 1.2, 0.3
+_CLIMB, _AGEING, _JITTER_RAD, _JITTER_M = 0.6, 0.97, 0.12, 0.006
+_POINTS, _FEW = 400, 60
+_SAME_SURFACE, _TAKEN = 0.16, 0.7
 
 
 @dataclass(frozen=True)
@@ -91,6 +95,7 @@ class Regainer:
         bodies: all that are tracked.
         camera: where the frames come from.
         optimiser: tries poses out.
+        seen_through: refutes them by the depth image.
         parameters: how.
     """
 
@@ -99,25 +104,32 @@ class Regainer:
         bodies: Sequence[Body],
         camera: RgbdCamera,
         optimiser: Optimiser,
+        seen_through: SeenThrough,
         parameters: RegainParameters | None = None,
     ) -> None:
-        self._camera, self._optimiser = camera, optimiser
+        self._camera, self._optimiser, self._seen_through = camera, optimiser, seen_through
         self._parameters = parameters or RegainParameters()
         self._centers = [np.asarray(body.mesh.center_m, dtype=np.float64) for body in bodies]
         self._radii = [float(body.mesh.radius_m) for body in bodies]
         self._long = [_longest(body) for body in bodies]
+        self._surfaces = [_surface(body) for body in bodies]
         # The order of the proposals is the same in each run: it depends on the frames alone.
         self._rng = np.random.default_rng(0)
         self._round = 0
+        self._promising: dict[int, Attempt] = {}
 
-    def search(self, frame: Frame, wanted: Mapping[int, Wanted]) -> dict[int, Attempt]:
+    def search(
+        self, frame: Frame, wanted: Mapping[int, Wanted], known: Collection[int] = ()
+    ) -> dict[int, Attempt]:
         """Look for bodies; returns those that were found, with their poses.
 
         Args:
             frame: that the optimiser has seen.
             wanted: bodies, and what is known of them.
+            known: bodies whose poses are sure: where one of them is, there is no other.
         """
         found: dict[int, Attempt] = {}
+        self._promising = {body: best for body, best in self._promising.items() if body in wanted}
         if not wanted:
             self._round = 0
             return found
@@ -128,7 +140,7 @@ class Regainer:
         self._round += 1
         for body, n_tries in shares.items():
             best = self._try(frame, body, wanted[body], n_tries)
-            if best is not None:
+            if best is not None and not self._is_taken(body, best.camera_from_body, known):
                 found[body] = best
         return found
 
@@ -144,16 +156,22 @@ class Regainer:
         for _ in range(n_tries):
             tried = self._optimiser.attempt(body, self._proposal(body, wanted, places))
             evidence = tried.evidence
+            self._remember(body, tried)
             enough = evidence.lines + evidence.points >= p.least_evidence
             good = tried.solved and enough and evidence.confidence >= least
             center = self._center(body, tried.camera_from_body)
             good &= _nearest(center, known) < wanted.reach_m
+            good = good and not self._seen_through.contradicts(
+                frame, body, tried.camera_from_body, evidence
+            )
             if good and (best is None or tried.likelihood > best.likelihood):
                 best = tried
         return best
 
     def _proposal(self, body: int, wanted: Wanted, places: Sequence[Place]) -> Pose:
         """A pose to start from: where it is expected, or at one of the places, turned or not."""
+        if body in self._promising and self._rng.random() < _CLIMB:
+            return self._jittered(self._promising[body].camera_from_body, body)
         choice, pose = self._rng.random(), wanted.expected
         if self._rng.random() < _BACK:
             pose = wanted.left
@@ -165,6 +183,35 @@ class Regainer:
         if choice > 0.4:
             pose = self._turned(pose, body, wanted.reach_rad)
         return Pose.from_translation(*(place.middle - self._center(body, pose))) @ pose
+
+    def _remember(self, body: int, tried: Attempt) -> None:
+        """Keep the likeliest pose so far, and go on from there; it ages, for the part may move."""
+        best = self._promising.get(body)
+        if best is not None:
+            best = self._promising[body] = best._replace(likelihood=_AGEING * best.likelihood)
+        if tried.solved and tried.likelihood > max(0.0, best.likelihood if best else 0.0):
+            self._promising[body] = tried
+
+    def _jittered(self, pose: Pose, body: int) -> Pose:
+        """Moved a little, as far as a refinement may come back from."""
+        center = Pose.from_translation(*self._centers[body])
+        twist = self._rng.standard_normal(6) * np.repeat((_JITTER_RAD, _JITTER_M), 3)
+        return pose @ center @ Pose.exp(twist) @ center.inverse()
+
+    def _is_taken(self, body: int, pose: Pose, known: Collection[int]) -> bool:
+        """Whether a body would lie in another one: a twin of a part is not the part."""
+        points = pose.transform(self._surfaces[body][:_FEW])
+        tolerance_m = max(_SAME_SURFACE * self._radii[body], 0.002)
+        for other in known:
+            other_pose = self._optimiser.pose(other)
+            apart = self._center(body, pose) - self._center(other, other_pose)
+            if other == body or np.linalg.norm(apart) > self._radii[other]:
+                continue
+            theirs = other_pose.transform(self._surfaces[other])
+            squares = ((points[:, None] - theirs[None]) ** 2).sum(axis=-1).min(axis=1)
+            if (squares < tolerance_m**2).mean() > _TAKEN:
+                return True
+        return False
 
     def _center(self, body: int, pose: Pose) -> Array:
         center: Array = pose.transform(self._centers[body][None])[0]
@@ -233,6 +280,15 @@ class Regainer:
 
 def _nearest(point: Array, others: Sequence[Array]) -> float:
     return min(float(np.linalg.norm(point - other)) for other in others)
+
+
+def _surface(body: Body) -> Array:
+    """(P, 3) points all over a body's surface, its frame, m."""
+    views = body.views
+    rng = np.random.default_rng(0)
+    chosen = rng.integers(0, views.surface.shape[:2], size=(_POINTS, 2))
+    points: Array = views.surface[chosen[:, 0], chosen[:, 1], :3].astype(np.float64) * views.unit_m
+    return points
 
 
 def _longest(body: Body) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,7 @@ from snapfit.tracking.optimiser import Optimiser
 from snapfit.tracking.parameters import StartParameters, TrackerParameters
 from snapfit.tracking.regain import Regainer, Wanted
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+from snapfit.tracking.seen_through import SeenThrough
 from snapfit.tracking.start import start_variations
 
 _IN_DOUBT, _MARGIN, _PROBATION_FRAMES, _SEEN_WELL = 0.5, 60.0, 45, 0.12
@@ -75,7 +77,10 @@ class Tracker:
             if asset is None:
                 raise TrackingError("this method follows an assembly graph: name an asset")
             self._graph = GraphFollower(asset, self.names, self._optimiser, graph)
-        self._regainer = Regainer(bodies, camera, self._optimiser) if parameters.regains else None
+        self._seen_through = SeenThrough(bodies, camera)
+        self._regainer: Regainer | None = None
+        if parameters.regains:
+            self._regainer = Regainer(bodies, camera, self._optimiser, self._seen_through)
         self._before = self._optimiser.motion()
         self._moving = np.zeros(len(bodies), dtype=np.uint8)
         self._carried = CarriedParts(bodies, camera)
@@ -151,7 +156,7 @@ class Tracker:
         if self._parameters.refined_by_region:
             self._optimiser.refine_by_region()
         self._optimiser.weigh()
-        estimates = self._estimates(predicted)
+        estimates = self._estimates(predicted, frame)
         # A pose that contradicts what is seen is still `tracked` for some frames of patience, but
         # its colours would be those of the background.
         believed = [
@@ -211,14 +216,16 @@ class Tracker:
 
     def _regain(self, regainer: Regainer, frame: Frame, estimates: Sequence[PartEstimate]) -> None:
         """Look for parts that are lost, hidden or in doubt, or were found again just now."""
-        wanted = {}
+        wanted, known = {}, []
         for body, each in enumerate(estimates):
             self._unseen[body] += 1
             sure = each.status is Status.TRACKED and each.confidence >= _IN_DOUBT
             if sure:
-                self._left[body] = self._expected[body] = self._optimiser.pose(body)
-                self._unseen[body] = 0
+                self._expected[body] = self._optimiser.pose(body)
                 self._probation[body] -= min(self._probation[body], 1)
+                if not self._probation[body]:
+                    self._left[body], self._unseen[body] = self._expected[body], 0
+                known.append(body)
             if self._is_carried(body, estimates):
                 continue
             if body in self._expected and (not sure or self._probation[body]):
@@ -228,7 +235,7 @@ class Tracker:
                     self._unseen[body],
                     self._judge.usual(body),
                 )
-        for body, found in regainer.search(frame, wanted).items():
+        for body, found in regainer.search(frame, wanted, known).items():
             tracked = estimates[body].status is Status.TRACKED
             better = found.likelihood > self._optimiser.likelihoods[body] + _MARGIN
             if better or not tracked:
@@ -261,10 +268,12 @@ class Tracker:
         self._optimiser.weigh()
         self._optimiser.learn(which, afresh_beyond_px=0.0)
 
-    def _estimates(self, predicted: npt.NDArray[np.float64]) -> tuple[PartEstimate, ...]:
+    def _estimates(
+        self, predicted: npt.NDArray[np.float64], frame: Frame | None
+    ) -> tuple[PartEstimate, ...]:
         """What can be said of all bodies after a frame; hidden ones go back to `predicted`."""
         optimiser = self._optimiser
-        evidence = [optimiser.evidence(body) for body in range(len(self.names))]
+        evidence = [self._evidence(body, frame) for body in range(len(self.names))]
         believed = [self._judge.is_believed(body, each) for body, each in enumerate(evidence)]
         estimates = []
         for body in range(len(self.names)):
@@ -278,6 +287,16 @@ class Tracker:
                     optimiser.move(body, Pose(predicted[body]))
             estimates.append(self._estimate(body, evidence[body], carrier, predicted[body]))
         return tuple(estimates)
+
+    def _evidence(self, body: int, frame: Frame | None) -> Evidence:
+        """What speaks for a body's pose; nothing does where the depth camera sees through it."""
+        evidence = self._optimiser.evidence(body)
+        if self._regainer is None or frame is None or not self._optimiser.is_active(body):
+            return evidence
+        pose = self._optimiser.pose(body)
+        if self._seen_through.contradicts(frame, body, pose, evidence):
+            return replace(evidence, supporting_lines=0, supporting_points=0)
+        return evidence
 
     def _estimate(
         self,

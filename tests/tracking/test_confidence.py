@@ -167,3 +167,24 @@ def test_what_several_cameras_know_adds_up_and_the_best_view_counts() -> None:
     assert not LossJudge(1).is_hidden(both)
     assert LossJudge(1).is_hidden(seen_together([HIDDEN, HIDDEN]))
     assert seen_together([]) == NO_EVIDENCE
+
+
+def test_depth_alone_is_nothing_where_many_lines_see_no_contour() -> None:
+    flat = dataclasses.replace(GOOD, supporting_lines=10, supporting_points=250)
+    assert flat.confidence == 0.0
+    few_lines = dataclasses.replace(flat, lines=40, supporting_lines=0)
+    assert few_lines.confidence == pytest.approx(0.4)
+
+
+def test_what_is_worse_for_long_becomes_usual_or_is_lost() -> None:
+    parameters = LossParameters(doubt=0.8, doubt_frames=20)
+    believable = dataclasses.replace(GOOD, supporting_lines=200, supporting_points=70)
+    poor = dataclasses.replace(GOOD, supporting_lines=60, supporting_points=120)
+    assert poor.confidence < parameters.believable < believable.confidence < 0.8
+    for evidence, at_last in ((believable, Status.TRACKED), (poor, Status.LOST)):
+        judge = LossJudge(1, parameters)
+        judge.judge(0, GOOD, solved=True)
+        early = {judge.judge(0, evidence, solved=True) for _ in range(parameters.doubt_frames)}
+        assert early == {Status.PREDICTED}
+        late = [judge.judge(0, evidence, solved=True) for _ in range(PATIENCE)]
+        assert late[-1] is at_last
