@@ -73,3 +73,16 @@ class DatasetError(SnapfitError):
     def __reduce__(self) -> tuple[type[DatasetError], tuple[Path, str]]:
         """It comes back whole from another process."""
         return type(self), (self.path, self.problem)
+
+
+class TrainingError(SnapfitError):
+    """A network that cannot be trained: no such device, another recipe, no loss."""
+
+
+class DetectorError(SnapfitError):
+    """A detector's files that cannot be used; names the file."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+        self.problem = problem

@@ -56,9 +56,14 @@ class Mesh:
         object.__setattr__(self, "faces", faces)
 
     @cached_property
+    def hull_points(self) -> npt.NDArray[np.float64]:
+        """(N, 3) corners of the convex hull, metres, body frame; all vertices of a flat mesh."""
+        return _hull_points(self.vertices.astype(np.float64))
+
+    @cached_property
     def diameter_m(self) -> float:
         """The largest distance between two vertices (as in BOP's `models_info`)."""
-        points = _hull_points(self.vertices.astype(np.float64))
+        points = self.hull_points
         squared = 0.0
         norms = (points**2).sum(axis=1)
         for start in range(0, len(points), _ROWS_AT_ONCE):

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from snapfit.models.asset import load_asset
+from snapfit.models.detector.card import DetectorCard
 from snapfit.models.manifest import Table, tables
 from snapfit.models.sequence import BodyRecord, DepthRecord, SequenceRecord
 from snapfit.tracking.sources import open_source
@@ -31,6 +32,12 @@ def test_the_asset_in_the_docs_loads(tmp_path: Path) -> None:
     assert [part.name for part in asset.parts] == ["base", "bolt"]
     assert asset.parts[1].symmetry.kind == "axis"
     assert asset.states[1].links[0].joint.pitch_m == 0.0015
+
+
+def test_the_detector_in_the_docs_is_one() -> None:
+    (example,) = examples("detector.md", "json")
+    card = DetectorCard.model_validate_json(example)
+    assert card.n_rows == 4 + 1 + 3 * 4
 
 
 @pytest.mark.parametrize("table", tables())

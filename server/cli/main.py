@@ -13,6 +13,7 @@ from snapfit.server.cli.dataset import dataset_app
 from snapfit.server.cli.document import openapi
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
+from snapfit.server.cli.train import train
 
 app = typer.Typer(
     name="snapfit",
@@ -21,7 +22,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, serve, track, benchmark, openapi):
+for command in (demo, serve, track, benchmark, train, openapi):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
 app.add_typer(dataset_app, name="dataset")

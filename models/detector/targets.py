@@ -1,0 +1,36 @@
+"""What is true in a batch of images, as the losses want it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """The parts in B images, filled up to M an image.
+
+    Attributes:
+        classes: (B, M) int64; -1 where there is none.
+        boxes: (B, M, 4) left, top, right, bottom, px of the input.
+        keypoints: (B, M, K, 3) x, y (px) and 1 where it is in the image, else 0.
+        is_ignored: (B, M) whether the part is seen too little to be asked for; finding it
+            nevertheless is no mistake.
+    """
+
+    classes: Tensor
+    boxes: Tensor
+    keypoints: Tensor
+    is_ignored: Tensor
+
+    @property
+    def is_wanted(self) -> Tensor:
+        """(B, M) parts that are to be found."""
+        return (self.classes >= 0) & ~self.is_ignored
+
+    def to(self, device: torch.device) -> Targets:
+        """The same on another device."""
+        pieces = self.classes, self.boxes, self.keypoints, self.is_ignored
+        return Targets(*(each.to(device, non_blocking=True) for each in pieces))
