@@ -36,7 +36,9 @@ class PartPose(Schema):
         "predicted: hidden, carried by its motion; searching: not found yet; lost: was found, "
         "is no more. A searching or lost part has neither position nor orientation."
     )
-    confidence: Confidence = Field(description="0 to 1.")
+    confidence: Confidence = Field(
+        description="0 to 1: how probably the pose is right, ADD(-S) below 10 % of the diameter."
+    )
     position: Vector3 | None = Field(description="x, y, z of the body's origin, metres.")
     orientation: Quaternion | None = Field(description="Unit quaternion x, y, z, w.")
     covariance: Covariance | None = Field(

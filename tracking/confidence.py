@@ -15,7 +15,8 @@ from snapfit.tracking.result import Status
 LINE_TOLERANCE_PX = 3.0
 POINT_TOLERANCE_M = 0.006
 _ENOUGH_EVIDENCE = 60
-_REGION_SHARE = 0.6
+REGION_SHARE = 0.6
+"""What agreeing colours count; the rest is depth's."""
 _MANY_LINES, _REFUTED = 60, 0.1
 
 
@@ -74,8 +75,18 @@ class Evidence:
         depth = self.supporting_points / max(self.visible_points, 1)
         if self.lines >= _MANY_LINES and region < _REFUTED:
             return 0.0
-        agreement = _REGION_SHARE * region + (1 - _REGION_SHARE) * depth
+        agreement = REGION_SHARE * region + (1 - REGION_SHARE) * depth
         return agreement * min(1.0, (self.lines + self.points) / _ENOUGH_EVIDENCE)
+
+    def agreement(self, carrier: Evidence | None) -> float:
+        """Confidence in a linked body, 0 to 1: what it lacks in evidence its carriers add.
+
+        Of a plate under its arm hardly a line is seen; but the arm says where it is.
+        """
+        if carrier is None:
+            return self.confidence
+        lacking = 1 - min(1.0, (self.lines + self.points) / _ENOUGH_EVIDENCE)
+        return self.confidence + lacking * carrier.confidence
 
 
 NO_EVIDENCE = Evidence(0, 0, 0, 0, 0, 0, 0)

@@ -25,6 +25,7 @@ from snapfit.tracking.kernels.refine import step_all
 from snapfit.tracking.kernels.rig import add_energies, clear_energies
 from snapfit.tracking.kinematics import KinematicStructures
 from snapfit.tracking.parameters import TrackerParameters
+from snapfit.tracking.pose_covariance import PoseCovariances
 from snapfit.tracking.threads import parallel_kernels, prepare_threading_layer
 
 _LEARNING_VISIBILITY = 0.5
@@ -97,6 +98,7 @@ class Optimiser:
             [parameters.optimiser.tikhonov_rotation, parameters.optimiser.tikhonov_translation]
         )
         self._alone = KinematicStructures(n)
+        self._covariances = PoseCovariances(bodies, parameters.covariance)
         self.support = self._first.support if not rig else np.zeros((n, 2), dtype=np.int64)
         self.likelihoods = self._first.likelihoods if not rig else np.zeros(n)
 
@@ -174,13 +176,23 @@ class Optimiser:
         return seen_together([view.evidence(body) for view in self._seeing])
 
     def covariance(self, body: int) -> npt.NDArray[np.float64]:
-        """(6, 6) inverse of the regularised Hessian: rotation (rad), translation (m)."""
+        """(6, 6) inverse of a body's own regularised Hessian: rotation (rad), translation (m).
+
+        It compares poses of one frame; how wrong a pose can be, `covariances` say.
+        """
         lower = np.tril(self._bodies.hessians[body])
         hessian = lower + np.tril(lower, -1).T
         hessian[range(3), range(3)] += self._tikhonov[0]
         hessian[range(3, 6), range(3, 6)] += self._tikhonov[1]
         covariance: npt.NDArray[np.float64] = np.linalg.inv(hessian)
         return covariance
+
+    def covariances(self) -> npt.NDArray[np.float64]:
+        """(B, 6, 6) of all bodies' right perturbations, with their links and systematic errors.
+
+        Of the last refinement; rotation (rad), then translation (m).
+        """
+        return self._covariances.of(self._bodies, self.structures.arrays)
 
     def see(self, *frames: Frame | None) -> None:
         """Take a frame of each camera, in their order; one that has none takes no part.

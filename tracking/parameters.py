@@ -213,6 +213,69 @@ NO_MOTION = MotionParameters(damping=0.0)
 
 
 @dataclass(frozen=True)
+class CovarianceParameters:
+    """What a pose's covariance is made of beside the Hessian.
+
+    The Hessian knows the scatter of lines and points alone, so more of them would make any pose
+    certain. What all of them share is added: the error of the depth camera, above all.
+
+    Attributes:
+        information: factor on the Hessian. Neighbouring lines and points share their errors, which
+            makes it less than 1; the modalities' deviations are set for convergence and are larger
+            than the errors at the end, which makes it more.
+        prior_rotation_rad, prior_translation_m: of a body of which nothing is seen.
+        systematic_distance: of the distance from the camera, a share of it.
+        systematic_place_m: of the place, in every direction: pictures, meshes, calibration.
+        systematic_turn_rad: of the rotation, about every axis.
+        unseen_turn_rad, unseen_way_m: how much further off a part that is not seen can be after
+            each frame, about and along each axis.
+    """
+
+    information: float = 0.5
+    prior_rotation_rad: float = 0.5
+    prior_translation_m: float = 0.1
+    systematic_distance: float = 0.0015
+    systematic_place_m: float = 0.00035
+    systematic_turn_rad: float = 0.002
+    unseen_turn_rad: float = 0.01
+    unseen_way_m: float = 0.0015
+
+    def __post_init__(self) -> None:
+        for name in ("information", "prior_rotation_rad", "prior_translation_m"):
+            if not getattr(self, name) > 0:
+                raise TrackingError(f"{name} is {getattr(self, name)}: it must be above 0")
+
+
+@dataclass(frozen=True)
+class ConfidenceParameters:
+    """How probable it is that a pose is right, that is, its ADD(-S) below 10 % of the diameter.
+
+    Fitted to simulated sequences (seed 21) of `gbot` and `icg`; docs/benchmark.md judges the map
+    on another seed.
+
+    Attributes:
+        middle: share of agreeing evidence at which a tracked pose is as likely right as wrong ...
+        steepness: ... and the growth of the logarithm of its odds, for the whole evidence.
+        best: the most that is ever claimed.
+        sure: a tracked pose that is so probably right is remembered ...
+        memory_frames: ... and a part that is not seen is still there for so long, on average.
+    """
+
+    middle: float = 0.72
+    steepness: float = 24.0
+    best: float = 0.998
+    sure: float = 0.5
+    memory_frames: float = 30.0
+
+    def __post_init__(self) -> None:
+        if not (self.steepness > 0 and self.memory_frames > 0):
+            raise TrackingError(
+                f"steepness is {self.steepness}, memory_frames {self.memory_frames}: "
+                "both must be above 0"
+            )
+
+
+@dataclass(frozen=True)
 class TrackerParameters:
     """All that a tracker needs to know beside bodies and cameras.
 
@@ -229,6 +292,8 @@ class TrackerParameters:
     start: StartParameters = field(default_factory=StartParameters)
     motion: MotionParameters = NO_MOTION
     loss: LossParameters = field(default_factory=LossParameters)
+    covariance: CovarianceParameters = field(default_factory=CovarianceParameters)
+    confidence: ConfidenceParameters = field(default_factory=ConfidenceParameters)
     refined_by_region: bool = False
     regains: bool = False
 

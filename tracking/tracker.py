@@ -13,9 +13,10 @@ from snapfit.models.asset import Asset
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import Body
+from snapfit.tracking.calibration import Calibration
 from snapfit.tracking.camera_view import RigCamera
 from snapfit.tracking.carried import CarriedParts
-from snapfit.tracking.confidence import NO_EVIDENCE, Evidence, LossJudge
+from snapfit.tracking.confidence import NO_EVIDENCE, REGION_SHARE, Evidence, LossJudge
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.following import GraphFollower, GraphParameters
 from snapfit.tracking.frame import Frame, fitting_frames
@@ -72,6 +73,14 @@ class Tracker:
         self._optimiser = Optimiser(bodies, camera, parameters, rig)
         self._judge = LossJudge(len(bodies), parameters.loss)
         self._parameters = parameters
+        has_depth = parameters.depth is not None and any(each.depth for each in self.cameras)
+        self._calibration = Calibration(
+            len(bodies),
+            parameters.confidence,
+            parameters.covariance,
+            reachable=1.0 if has_depth else REGION_SHARE,
+        )
+        self._agreements = [0.0] * len(bodies)
         self._graph: GraphFollower | None = None
         if graph is not None:
             if asset is None:
@@ -156,6 +165,8 @@ class Tracker:
         if self._parameters.refined_by_region:
             self._optimiser.refine_by_region()
         self._optimiser.weigh()
+        # Of this refinement: whatever is tried out below leaves other Hessians behind.
+        covariances = self._optimiser.covariances()
         estimates = self._estimates(predicted, frame)
         # A pose that contradicts what is seen is still `tracked` for some frames of patience, but
         # its colours would be those of the background.
@@ -176,10 +187,11 @@ class Tracker:
         if self._regainer is not None and frame is not None:
             self._carry(frame, estimates)
             self._regain(self._regainer, frame, estimates)
+        published = self._calibration.published(estimates, self._agreements, covariances)
         duration_ms = (time.perf_counter() - begin) * 1e3
         state = None if self._graph is None else self._graph.state
         return TrackingResult(
-            first.name, first.captured_at_ns, estimates, duration_ms, state, assembly, left_out
+            first.name, first.captured_at_ns, published, duration_ms, state, assembly, left_out
         )
 
     def set_state(self, state: str) -> None:
@@ -319,8 +331,11 @@ class Tracker:
             # Next to no evidence would only make it drift.
             optimiser.move(body, Pose(predicted))
         confidence = evidence.confidence
+        self._agreements[body] = confidence
         if status is Status.INFERRED and carrier is not None:
-            confidence = carrier.confidence
+            confidence = self._agreements[body] = carrier.confidence
+        elif status is Status.TRACKED:
+            self._agreements[body] = evidence.agreement(carrier)
         return PartEstimate(
             name,
             status,

@@ -72,6 +72,16 @@ def test_less_agreement_or_less_evidence_is_less_confidence(change: dict[str, in
     assert 0 < dataclasses.replace(GOOD, **change).confidence < GOOD.confidence
 
 
+def test_what_a_linked_part_lacks_in_evidence_its_carriers_add() -> None:
+    little = dataclasses.replace(
+        GOOD, lines=20, supporting_lines=20, points=10, supporting_points=10, visible_points=10
+    )
+    assert little.agreement(None) == little.confidence == pytest.approx(0.5)
+    assert little.agreement(GOOD) == pytest.approx(0.5 + 0.5 * GOOD.confidence)
+    assert little.agreement(NO_EVIDENCE) == little.confidence
+    assert CONTRADICTED.agreement(GOOD) == CONTRADICTED.confidence
+
+
 def test_colour_alone_reaches_six_tenths() -> None:
     color = dataclasses.replace(
         GOOD, supporting_lines=250, points=0, supporting_points=0, visible_points=0
