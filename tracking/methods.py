@@ -20,6 +20,7 @@ from snapfit.tracking.following import PAPER_GRAPH, GraphParameters
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.parameters import (
     NO_MOTION,
+    ConfidenceParameters,
     LossParameters,
     MotionParameters,
     TrackerParameters,
@@ -56,6 +57,7 @@ _GBOT = replace(
     occlusion=_CHECKED,
     motion=MotionParameters(),
     loss=LossParameters(doubt=0.55),
+    confidence=ConfidenceParameters(middle=0.73, steepness=25.0),
     regains=True,
 )
 _RIGID = GraphParameters(is_rigid=True)
@@ -65,7 +67,12 @@ METHODS: Mapping[str, Method] = MappingProxyType(
     {
         "srt3d": Method(
             "region modality alone (Stoiber et al., SRT3D, IJCV 2022)",
-            replace(_ICG, depth=None, occlusion=replace(_ICG.occlusion, measured=False)),
+            replace(
+                _ICG,
+                depth=None,
+                occlusion=replace(_ICG.occlusion, measured=False),
+                confidence=ConfidenceParameters(middle=0.67, steepness=6.5, best=0.97),
+            ),
         ),
         "icg": Method(
             "region and depth modality, every part by itself (Stoiber et al., ICG, 2022)"
