@@ -157,6 +157,10 @@ class Optimiser:
         """Let a body take part from where it stands."""
         self._bodies.active[body] = 1
 
+    def deactivate(self, body: int) -> None:
+        """Let a body take no part any more."""
+        self._bodies.active[body] = 0
+
     def is_active(self, body: int) -> bool:
         """Whether a body takes part."""
         return bool(self._bodies.active[body])

@@ -15,20 +15,18 @@ from snapfit.models.pose import Pose
 from snapfit.tracking.body import Body
 from snapfit.tracking.calibration import Calibration
 from snapfit.tracking.camera_view import RigCamera
-from snapfit.tracking.carried import CarriedParts
 from snapfit.tracking.confidence import NO_EVIDENCE, REGION_SHARE, Evidence, LossJudge
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.following import GraphFollower, GraphParameters
 from snapfit.tracking.frame import Frame, fitting_frames
 from snapfit.tracking.optimiser import Optimiser
 from snapfit.tracking.parameters import StartParameters, TrackerParameters
-from snapfit.tracking.regain import Regainer, Wanted
+from snapfit.tracking.recovery.recovery import Recovery
+from snapfit.tracking.recovery.seen_through import SeenThrough
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
-from snapfit.tracking.seen_through import SeenThrough
 from snapfit.tracking.start import start_variations
 
-_IN_DOUBT, _MARGIN, _PROBATION_FRAMES, _SEEN_WELL = 0.5, 60.0, 45, 0.12
-_AGREES = 0.9
+_IN_DOUBT = 0.5
 
 
 class Tracker:
@@ -87,16 +85,13 @@ class Tracker:
                 raise TrackingError("this method follows an assembly graph: name an asset")
             self._graph = GraphFollower(asset, self.names, self._optimiser, graph)
         self._seen_through = SeenThrough(bodies, camera)
-        self._regainer: Regainer | None = None
+        self._recovery: Recovery | None = None
         if parameters.regains:
-            self._regainer = Regainer(bodies, camera, self._optimiser, self._seen_through)
+            self._recovery = Recovery(
+                bodies, camera, self._optimiser, self._judge, self._seen_through
+            )
         self._before = self._optimiser.motion()
         self._moving = np.zeros(len(bodies), dtype=np.uint8)
-        self._carried = CarriedParts(bodies, camera)
-        self._expected: dict[int, Pose] = {}
-        self._left: dict[int, Pose] = {}
-        self._unseen = [0] * len(bodies)
-        self._probation = [0] * len(bodies)
 
     def start(
         self, frame: Frame, camera_from_body: Mapping[str, Pose], *others: Frame | None
@@ -120,13 +115,11 @@ class Tracker:
         frames, _ = fitting_frames((frame, *others), self.cameras)
         which = np.zeros(len(self.names), dtype=np.int64)
         for name in camera_from_body:
-            if name not in self.names:
-                known = ", ".join(self.names)
-                raise TrackingError(f"there is no part {name!r} to start; the parts are {known}")
+            body = self._index(name)
             if not camera_from_body[name].translation[2] > 0:
                 raise TrackingError(f"the first pose of {name} is not in front of the camera")
-            which[self.names.index(name)] = 1
-            self._judge.reset(self.names.index(name))
+            which[body] = 1
+            self._judge.reset(body)
         best = dict(camera_from_body)
         likelihood = dict.fromkeys(camera_from_body, -np.inf)
         for variation in start_variations(self._start_parameters):
@@ -183,16 +176,58 @@ class Tracker:
         assembly = None
         if self._graph is not None:
             assembly, jumped = self._graph.follow(estimates)
-            self._halt(jumped)
-        if self._regainer is not None and frame is not None:
-            self._carry(frame, estimates)
-            self._regain(self._regainer, frame, estimates)
+            self._halt(self.names.index(name) for name in jumped)
+        if self._recovery is not None and frame is not None:
+            self._halt(self._recovery.follow(frame, estimates))
         published = self._calibration.published(estimates, self._agreements, covariances)
         duration_ms = (time.perf_counter() - begin) * 1e3
         state = None if self._graph is None else self._graph.state
         return TrackingResult(
             first.name, first.captured_at_ns, published, duration_ms, state, assembly, left_out
         )
+
+    def propose(self, camera_from_body: Mapping[str, Sequence[Pose]]) -> None:
+        """Let poses be tried out in the next frame, beside those that are followed.
+
+        A part goes to one of them if that explains the frame better; its module goes with it.
+
+        Args:
+            camera_from_body: by part, as many as there are; none for a part that has not been
+                started.
+
+        Raises:
+            TrackingError: a part that this tracker does not have, or a method that looks for
+                nothing.
+        """
+        if self._recovery is None:
+            raise TrackingError("this method looks for nothing: it cannot try poses out")
+        bodies = {self._index(name): poses for name, poses in camera_from_body.items()}
+        started = {b: poses for b, poses in bodies.items() if self._optimiser.is_active(b)}
+        self._recovery.propose(started)
+
+    def put(self, camera_from_body: Mapping[str, Pose]) -> None:
+        """Put started parts elsewhere, and their modules with them, whatever speaks for it.
+
+        Raises:
+            TrackingError: a part that this tracker does not have.
+        """
+        for name, pose in camera_from_body.items():
+            body = self._index(name)
+            self._optimiser.carry_back(body, pose)
+            self._judge.reset(body)
+            self._halt([body])
+
+    def stop(self, name: str) -> None:
+        """Let a part be searched for again, as before it was started.
+
+        Raises:
+            TrackingError: no such part.
+        """
+        body = self._index(name)
+        self._optimiser.deactivate(body)
+        self._judge.reset(body)
+        if self._recovery is not None:
+            self._recovery.forget(body)
 
     def set_state(self, state: str) -> None:
         """Say which assembly state holds, as an operator does.
@@ -202,66 +237,18 @@ class Tracker:
         """
         if self._graph is None:
             raise TrackingError("this method follows no assembly graph: there is no state to set")
-        self._halt(self._graph.set_state(state))
+        self._halt(self.names.index(name) for name in self._graph.set_state(state))
 
-    def _halt(self, jumped: Iterable[str]) -> None:
+    def _index(self, name: str) -> int:
+        if name not in self.names:
+            known = ", ".join(self.names)
+            raise TrackingError(f"there is no part {name!r} to track; the parts are {known}")
+        return self.names.index(name)
+
+    def _halt(self, jumped: Iterable[int]) -> None:
         """A pose that jumped says nothing of a motion."""
-        for name in jumped:
-            body = self.names.index(name)
+        for body in jumped:
             self._moving[self._optimiser.structures.members(body)] = 0
-
-    def _carry(self, frame: Frame, estimates: Sequence[PartEstimate]) -> None:
-        """Let hidden parts go with the hand that hides them, for the next frame."""
-        seen, hidden = {}, {}
-        for body, each in enumerate(estimates):
-            if each.status is Status.TRACKED:
-                # Where little is seen or agrees, a pose trembles: no motion can be read from it.
-                agrees = each.confidence > _AGREES * self._judge.usual(body)
-                if agrees and each.visibility > _SEEN_WELL:
-                    seen[body] = self._optimiser.pose(body)
-            elif each.status is Status.PREDICTED:
-                hidden[body] = self._optimiser.pose(body)
-        for body, pose in self._carried.follow(frame, seen, hidden).items():
-            if self._optimiser.structures.root(body) == body:
-                self._optimiser.move(body, pose)
-                self._expected[body] = pose
-
-    def _regain(self, regainer: Regainer, frame: Frame, estimates: Sequence[PartEstimate]) -> None:
-        """Look for parts that are lost, hidden or in doubt, or were found again just now."""
-        wanted, known = {}, []
-        for body, each in enumerate(estimates):
-            self._unseen[body] += 1
-            sure = each.status is Status.TRACKED and each.confidence >= _IN_DOUBT
-            if sure:
-                self._expected[body] = self._optimiser.pose(body)
-                self._probation[body] -= min(self._probation[body], 1)
-                if not self._probation[body]:
-                    self._left[body], self._unseen[body] = self._expected[body], 0
-                known.append(body)
-            if self._is_carried(body, estimates):
-                continue
-            if body in self._expected and (not sure or self._probation[body]):
-                wanted[body] = Wanted(
-                    self._expected[body],
-                    self._left[body],
-                    self._unseen[body],
-                    self._judge.usual(body),
-                )
-        for body, found in regainer.search(frame, wanted, known).items():
-            tracked = estimates[body].status is Status.TRACKED
-            better = found.likelihood > self._optimiser.likelihoods[body] + _MARGIN
-            if better or not tracked:
-                self._optimiser.carry_back(body, found.camera_from_body)
-                members = self._optimiser.structures.members(body)
-                self._moving[members] = 0
-                for member in members:
-                    self._judge.reset(int(member))
-                self._probation[body] = _PROBATION_FRAMES
-
-    def _is_carried(self, body: int, estimates: Sequence[PartEstimate]) -> bool:
-        """Whether a body is linked to another one that is seen: its module needs no search."""
-        members = self._optimiser.structures.members(body)
-        return any(m != body and estimates[int(m)].status is Status.TRACKED for m in members)
 
     def _settle(
         self,
@@ -303,7 +290,7 @@ class Tracker:
     def _evidence(self, body: int, frame: Frame | None) -> Evidence:
         """What speaks for a body's pose; nothing does where the depth camera sees through it."""
         evidence = self._optimiser.evidence(body)
-        if self._regainer is None or frame is None or not self._optimiser.is_active(body):
+        if self._recovery is None or frame is None or not self._optimiser.is_active(body):
             return evidence
         pose = self._optimiser.pose(body)
         if self._seen_through.contradicts(frame, body, pose, evidence):

@@ -9,7 +9,7 @@ from snapfit.models.pose import Pose
 from snapfit.tracking.body import load_bodies
 from snapfit.tracking.confidence import Evidence
 from snapfit.tracking.methods import create_tracker
-from snapfit.tracking.seen_through import SeenThrough
+from snapfit.tracking.recovery.seen_through import SeenThrough
 
 TURN = Pose.exp([0.5, 0.6, -0.3, 0, 0, 0])
 HOME = Pose.from_translation(0.02, -0.01, 0.65) @ TURN

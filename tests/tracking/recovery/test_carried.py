@@ -7,8 +7,8 @@ from snapfit.models.asset import find_asset
 from snapfit.models.camera import AZURE_KINECT_720P, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import Body
-from snapfit.tracking.carried import CarriedParts
 from snapfit.tracking.frame import Frame
+from snapfit.tracking.recovery.carried import CarriedParts
 
 CAMERA = RgbdCamera(AZURE_KINECT_720P, AZURE_KINECT_720P)
 HOME = Pose.from_translation(0.0, 0.0, 0.6)

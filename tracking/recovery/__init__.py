@@ -1,0 +1,1 @@
+"""What happens to parts that are not seen: carried, looked for, taken back."""
