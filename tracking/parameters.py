@@ -220,9 +220,9 @@ class CovarianceParameters:
     certain. What all of them share is added: the error of the depth camera, above all.
 
     Attributes:
-        information: factor on the Hessian. Neighbouring lines and points share their errors, which
-            makes it less than 1; the modalities' deviations are set for convergence and are larger
-            than the errors at the end, which makes it more.
+        information: factor on the Hessian. The modalities' deviations are set for convergence and
+            are larger than the errors at the end, which makes it more than 1, although neighbouring
+            lines and points share some of theirs.
         prior_rotation_rad, prior_translation_m: of a body of which nothing is seen.
         systematic_distance: of the distance from the camera, a share of it.
         systematic_place_m: of the place, in every direction: pictures, meshes, calibration.
@@ -231,7 +231,7 @@ class CovarianceParameters:
             each frame, about and along each axis.
     """
 
-    information: float = 0.5
+    information: float = 2.0
     prior_rotation_rad: float = 0.5
     prior_translation_m: float = 0.1
     systematic_distance: float = 0.0015
