@@ -12,12 +12,16 @@ import torch
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
-from snapfit.models.detector.samples import PartShape, Sample, training_sample, whole_sample
+from snapfit.models.detector.samples import Sample, training_sample, whole_sample
+from snapfit.models.detector.shapes import PartShape
 from snapfit.models.detector.targets import Targets
 from snapfit.models.detector.views import ViewParameters
 from snapfit.models.train_reader import TrainSample
 
 Batch = tuple[Tensor, Targets]
+
+# Six tiles show two parts of each image, which is decoded once.
+_IMAGES_A_VIEW = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +43,15 @@ class Course(Dataset[Sample]):
     def __getitem__(self, place: int) -> Sample:
         # OpenCV's own threads would fight with those of the training.
         cv2.setNumThreads(0)
+        rng = np.random.default_rng((self.seed, 1, place))
+        first = place * _IMAGES_A_VIEW
+        images = [self._image(first + i) for i in range(_IMAGES_A_VIEW)]
+        return training_sample(images, self.shapes, self.parameters, rng)
+
+    def _image(self, place: int) -> TrainSample:
         number, within = divmod(place, len(self.samples))
         order = np.random.default_rng((self.seed, 0, number)).permutation(len(self.samples))
-        rng = np.random.default_rng((self.seed, 1, place))
-        return training_sample(self.samples[int(order[within])], self.shapes, self.parameters, rng)
+        return self.samples[int(order[within])]
 
 
 def training_batches(
@@ -87,8 +96,8 @@ def whole_batches(
         yield images, Targets(*pieces)
 
 
-def collated(samples: list[Sample]) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """Images, classes, boxes, keypoints and what is ignored, filled up to the most parts."""
+def collated(samples: list[Sample]) -> tuple[Tensor, ...]:
+    """Images, and the pieces of `Targets` in their order, filled up to the most parts."""
     most = max(1, *(len(sample.classes) for sample in samples))
     n_keypoints = samples[0].keypoints.shape[1]
     count = len(samples)
@@ -101,6 +110,7 @@ def collated(samples: list[Sample]) -> tuple[Tensor, Tensor, Tensor, Tensor, Ten
         classes[i, here], boxes[i, here] = sample.classes, sample.boxes
         keypoints[i, here], ignored[i, here] = sample.keypoints, sample.is_ignored
     pictures = np.stack([sample.picture[:, :, ::-1].transpose(2, 0, 1) for sample in samples])
-    pieces = pictures, classes, boxes, keypoints, ignored
-    images, *rest = (torch.from_numpy(np.ascontiguousarray(each)) for each in pieces)
-    return (images, *rest)
+    surface = np.stack([sample.surface for sample in samples])
+    places = np.stack([sample.places for sample in samples])
+    pieces = pictures, classes, boxes, keypoints, ignored, surface, places
+    return tuple(torch.from_numpy(np.ascontiguousarray(each)) for each in pieces)

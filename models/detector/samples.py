@@ -1,14 +1,15 @@
-"""Training samples: a view of an image and what is true in it, as arrays."""
+"""Training samples: views of images and what is true in them, as arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from snapfit.models.asset import Asset
+from snapfit.models.detector.shapes import PartShape
+from snapfit.models.detector.surface_map import surface_map
 from snapfit.models.detector.views import (
     View,
     ViewParameters,
@@ -16,12 +17,11 @@ from snapfit.models.detector.views import (
     relit,
     sampled_view,
 )
-from snapfit.models.errors import DatasetError
 from snapfit.models.keypoints import canonical_pose
 from snapfit.models.pose import Array, Pose
 from snapfit.models.symmetry import Symmetry
 from snapfit.models.train_labels import Instance, Labels
-from snapfit.models.train_reader import TrainClass, TrainSample
+from snapfit.models.train_reader import TrainSample
 from snapfit.models.ultralytics_layout import LEAST_PIXELS, LEAST_VISIBILITY
 
 # Of a part that the view cuts off, so much of its box must be inside.
@@ -29,25 +29,8 @@ _LEAST_INSIDE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class PartShape:
-    """What has to be known of a part to label it in a turned view.
-
-    Attributes:
-        number: of its class, from 0.
-        keypoints_m: (K, 3) body frame, m.
-        hull_m: (N, 3) corners of its convex hull, body frame, m.
-        symmetry: of the part.
-    """
-
-    number: int
-    keypoints_m: Array
-    hull_m: Array
-    symmetry: Symmetry
-
-
-@dataclass(frozen=True, eq=False)
 class Sample:
-    """One view.
+    """One view, or several beside each other.
 
     Attributes:
         picture: (H, W, 3) uint8, blue first.
@@ -55,6 +38,8 @@ class Sample:
         boxes: (N, 4) float32 left, top, right, bottom, px.
         keypoints: (N, K, 3) float32 x, y (px) and 1 where inside, else 0.
         is_ignored: (N,) seen too little to be asked for.
+        surface: (H / 8, W / 8) int64 class that each cell shows, -1 for none.
+        places: (H / 8, W / 8, 3) float32 where on the part; see `surface_map`.
     """
 
     picture: npt.NDArray[np.uint8]
@@ -62,46 +47,41 @@ class Sample:
     boxes: npt.NDArray[np.float32]
     keypoints: npt.NDArray[np.float32]
     is_ignored: npt.NDArray[np.bool_]
-
-
-def part_shapes(asset: Asset, classes: Sequence[TrainClass]) -> dict[str, PartShape]:
-    """By name, the classes of a training set.
-
-    Raises:
-        DatasetError: the set has a part that the asset has not.
-    """
-    parts = {part.name: part for part in asset.parts}
-    shapes = {}
-    for number, each in enumerate(classes):
-        if each.part not in parts:
-            problem = f"has no part {each.part!r}, but the training set has: render it again"
-            raise DatasetError(asset.directory, problem)
-        part = parts[each.part]
-        shapes[each.part] = PartShape(
-            number, each.keypoints_m, part.mesh.hull_points, part.symmetry
-        )
-    return shapes
+    surface: npt.NDArray[np.int64]
+    places: npt.NDArray[np.float32]
 
 
 def training_sample(
-    sample: TrainSample,
+    samples: Sequence[TrainSample],
     shapes: Mapping[str, PartShape],
     parameters: ViewParameters,
     rng: np.random.Generator,
 ) -> Sample:
-    """A view of an image at random.
+    """A view of the first image, or tiles with views of parts in all of them.
+
+    Args:
+        samples: images; in tiles each shows as many of its parts as there are tiles for it.
+        shapes: of the parts.
+        parameters: of the views.
+        rng: where chance comes from.
 
     Raises:
-        DatasetError: the image cannot be read.
+        DatasetError: an image cannot be read.
     """
-    labels = sample.labels
-    centers = np.array(
-        [_center(each) for each in labels.instances if _is_seen(each)], dtype=np.float64
+    rows, columns = parameters.tiles
+    if rng.random() >= parameters.tiled_share or rows * columns == 1:
+        return _views(samples[0], shapes, parameters, 1, rng)[0]
+    tile = replace(
+        parameters,
+        height_px=parameters.height_px // rows,
+        width_px=parameters.width_px // columns,
+        aimed_share=1.0,
     )
-    size = labels.camera.width, labels.camera.height
-    view = sampled_view(size, centers.reshape(-1, 2), parameters, rng)
-    picture = relit(view.picture(sample.image()), parameters, rng)
-    return _labelled(picture, view, labels, shapes)
+    tiles: list[Sample] = []
+    for i, sample in enumerate(samples):
+        wanted = (i + 1) * rows * columns // len(samples) - len(tiles)
+        tiles += _views(sample, shapes, tile, wanted, rng)
+    return _beside(tiles, rows, columns)
 
 
 def whole_sample(
@@ -117,38 +97,94 @@ def whole_sample(
     return _labelled(view.picture(sample.image()), view, labels, shapes)
 
 
+def _views(
+    sample: TrainSample,
+    shapes: Mapping[str, PartShape],
+    parameters: ViewParameters,
+    count: int,
+    rng: np.random.Generator,
+) -> list[Sample]:
+    """Views of one image, of another part each as far as there are any."""
+    labels = sample.labels
+    boxes = np.array([_box(each) for each in labels.instances if _is_seen(each)], dtype=np.float64)
+    boxes = rng.permutation(boxes.reshape(-1, 4))
+    image = sample.image() if count else np.zeros((1, 1, 3), dtype=np.uint8)
+    found = []
+    for i in range(count):
+        aim = boxes[i % len(boxes)] if len(boxes) else None
+        size = labels.camera.width, labels.camera.height
+        view = sampled_view(size, aim, parameters, rng)
+        found.append(_labelled(relit(view.picture(image), parameters, rng), view, labels, shapes))
+    return found
+
+
+def _beside(tiles: Sequence[Sample], rows: int, columns: int) -> Sample:
+    """Tiles in rows and columns as one."""
+    height, width = tiles[0].picture.shape[:2]
+    shifts = [(width * (i % columns), height * (i // columns)) for i in range(len(tiles))]
+
+    def laid(arrays: Sequence[npt.NDArray[np.generic]]) -> npt.NDArray[np.generic]:
+        lines = [np.concatenate(arrays[r * columns : (r + 1) * columns], 1) for r in range(rows)]
+        return np.concatenate(lines, 0)
+
+    boxes = [each.boxes + np.array([*at, *at], np.float32) for each, at in _with(tiles, shifts)]
+    keypoints = [
+        each.keypoints + np.array([*at, 0], np.float32) for each, at in _with(tiles, shifts)
+    ]
+    return Sample(
+        picture=np.asarray(laid([each.picture for each in tiles]), dtype=np.uint8),
+        classes=np.concatenate([each.classes for each in tiles]),
+        boxes=np.concatenate(boxes),
+        keypoints=np.concatenate(keypoints),
+        is_ignored=np.concatenate([each.is_ignored for each in tiles]),
+        surface=np.asarray(laid([each.surface for each in tiles]), dtype=np.int64),
+        places=np.asarray(laid([each.places for each in tiles]), dtype=np.float32),
+    )
+
+
+def _with(
+    tiles: Sequence[Sample], shifts: Sequence[tuple[int, int]]
+) -> list[tuple[Sample, tuple[int, int]]]:
+    return list(zip(tiles, shifts, strict=True))
+
+
 def _labelled(
     picture: npt.NDArray[np.uint8], view: View, labels: Labels, shapes: Mapping[str, PartShape]
 ) -> Sample:
-    found = []
+    found, seen = [], []
+    unrolled = view.unrolled
     for each in labels.instances:
         shape = shapes[each.part]
-        pose = _pose_in(view, each.camera_from_body, shape.symmetry)
+        rolled_pose = _pose_in(view, each.camera_from_body, shape.symmetry)
+        # Pixels of the image are those of the camera as it was.
+        pose = unrolled @ rolled_pose
         outline = view.places(labels.camera.project(pose.transform(shape.hull_m)))
         keypoints = view.places(labels.camera.project(pose.transform(shape.keypoints_m)))
         whole = np.concatenate([outline.min(axis=0), outline.max(axis=0)])
-        limit = (view.width, view.height, view.width, view.height)
-        box = np.clip(whole, 0, limit)
+        box = np.clip(whole, 0, (view.width, view.height, view.width, view.height))
         inside = np.prod(box[2:] - box[:2]) / max(float(np.prod(whole[2:] - whole[:2])), 1e-9)
         if inside > 0:
             ignored = not _is_seen(each) or inside < _LEAST_INSIDE
             found.append((shape.number, box, _with_presence(keypoints, view), ignored))
+            seen.append((each, shape, rolled_pose))
     n_keypoints = max((len(shape.keypoints_m) for shape in shapes.values()), default=0)
+    surface, places = surface_map(view, labels.camera, seen)
     return Sample(
-        picture,
-        np.array([each[0] for each in found], dtype=np.int64),
-        np.array([each[1] for each in found], dtype=np.float32).reshape(-1, 4),
-        np.array([each[2] for each in found], dtype=np.float32).reshape(-1, n_keypoints, 3),
-        np.array([each[3] for each in found], dtype=np.bool_),
+        picture=picture,
+        classes=np.array([each[0] for each in found], dtype=np.int64),
+        boxes=np.array([each[1] for each in found], dtype=np.float32).reshape(-1, 4),
+        keypoints=np.array([each[2] for each in found], np.float32).reshape(-1, n_keypoints, 3),
+        is_ignored=np.array([each[3] for each in found], dtype=np.bool_),
+        surface=surface,
+        places=places,
     )
 
 
 def _pose_in(view: View, camera_from_body: Pose, symmetry: Symmetry) -> Pose:
-    """In the frame of the camera as it was: the pose that is canonical in the rolled camera."""
-    if symmetry.is_none or view.roll_rad == 0:
+    """The canonical pose in the camera as it is rolled."""
+    if view.roll_rad == 0:
         return camera_from_body
-    rolled = canonical_pose(view.unrolled.inverse() @ camera_from_body, symmetry)
-    return view.unrolled @ rolled
+    return canonical_pose(view.unrolled.inverse() @ camera_from_body, symmetry)
 
 
 def _with_presence(places: Array, view: View) -> Array:
@@ -160,6 +196,6 @@ def _is_seen(each: Instance) -> bool:
     return each.visibility >= LEAST_VISIBILITY and each.n_seen >= LEAST_PIXELS
 
 
-def _center(each: Instance) -> tuple[float, float]:
+def _box(each: Instance) -> tuple[int, int, int, int]:
     x, y, width, height = each.box_inside
-    return x + width / 2, y + height / 2
+    return x, y, x + max(width, 1), y + max(height, 1)

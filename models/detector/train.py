@@ -27,7 +27,7 @@ from snapfit.models.detector.export import export_onnx
 from snapfit.models.detector.metrics import Validation, validated
 from snapfit.models.detector.onnx_graph import OPSET
 from snapfit.models.detector.recipe import Recipe
-from snapfit.models.detector.samples import PartShape, part_shapes
+from snapfit.models.detector.shapes import PartShape, part_shapes
 from snapfit.models.detector.trainer import Trainer, settle_statistics, write_checkpoint
 from snapfit.models.errors import DatasetError
 from snapfit.models.train_reader import TrainSample, TrainSet

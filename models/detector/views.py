@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from snapfit.models.camera import PinholeCamera
 from snapfit.models.pose import Array, Pose
 
 PADDING = 114
@@ -34,23 +35,23 @@ class ViewParameters:
         roll_deg: standard deviation of the roll.
         gain, tint, contrast: spread of brightness, of each channel's, and of contrast.
         aimed_share: share of the views that are laid around a part; others lie anywhere.
+        tiles: rows and columns of small views around parts that are shown beside each other.
+        border_share: of a view's sides within which the part's middle does not lie.
+        tiled_share: share of the views that are such tiles: they show more parts a pixel.
     """
 
     across_px: int = 640
-    height_px: int = 288
-    width_px: int = 416
+    height_px: int = 256
+    width_px: int = 384
     zoom: float = 1.35
     roll_deg: float = 8.0
     gain: float = 0.2
     tint: float = 0.06
     contrast: float = 0.15
     aimed_share: float = 0.85
-
-
-WHOLE = ViewParameters(
-    height_px=384, width_px=640, zoom=1.0, roll_deg=0.0, gain=0.0, tint=0.0, contrast=0.0
-)
-"""An image as it is: what validation sees."""
+    tiles: tuple[int, int] = (2, 3)
+    tiled_share: float = 0.7
+    border_share: float = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +83,14 @@ class View:
         warped = cv2.warpAffine(image, matrix, size, flags=cv2.INTER_LINEAR, borderValue=border)
         return np.asarray(warped, dtype=np.uint8)
 
+    def camera(self, camera: PinholeCamera) -> PinholeCamera:
+        """What takes the view: the image's camera, rolled, with other intrinsics."""
+        scale = float(np.sqrt(np.linalg.det(self.matrix[:, :2])))
+        u, v = self.places(np.array([camera.cx, camera.cy])) - 0.5
+        return PinholeCamera(
+            self.width, self.height, scale * camera.fx, scale * camera.fy, float(u), float(v)
+        )
+
     @property
     def unrolled(self) -> Pose:
         """The camera as it was from the camera as it is rolled."""
@@ -99,7 +108,7 @@ def centered_view(size: tuple[int, int], parameters: ViewParameters) -> View:
 
 def sampled_view(
     size: tuple[int, int],
-    centers: Array,
+    part: Array | None,
     parameters: ViewParameters,
     rng: np.random.Generator,
 ) -> View:
@@ -107,19 +116,25 @@ def sampled_view(
 
     Args:
         size: width and height of the image, px.
-        centers: (N, 2) of the parts, px; one of them lies somewhere in most views.
+        part: (4,) left, top, right, bottom of a part, px, that lies somewhere in most views; None
+            for any place.
         parameters: what a view is like.
         rng: where chance comes from.
     """
     width, height = parameters.width_px, parameters.height_px
     scale = parameters.across_px / size[0] * parameters.zoom ** rng.uniform(-1, 1)
+    is_aimed = part is not None and rng.random() < parameters.aimed_share
+    aim = rng.uniform((0, 0), size)
+    if part is not None and is_aimed:
+        aim = (part[:2] + part[2:]) / 2
+        # A part that is larger than the view is made to fit, nearly.
+        scale = min(scale, 1.1 * min(width, height) / float((part[2:] - part[:2]).max()))
     roll = math.radians(parameters.roll_deg) * rng.normal()
     turn = scale * np.array(
         [[math.cos(roll), -math.sin(roll)], [math.sin(roll), math.cos(roll)]], dtype=np.float64
     )
-    aimed = len(centers) > 0 and rng.random() < parameters.aimed_share
-    aim = centers[rng.integers(len(centers))] if aimed else rng.uniform((0, 0), size)
-    goal = rng.uniform((0.1 * width, 0.1 * height), (0.9 * width, 0.9 * height))
+    border = parameters.border_share * np.array([width, height])
+    goal = rng.uniform(border, (width, height) - border)
     offset = goal - turn @ (aim + 0.5)
     # What lies beyond the image teaches nothing: leave little of it in the view.
     middle = turn @ (np.array(size, dtype=np.float64) / 2) + offset

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import detector_speed
 import graph_speed
 import serving
 import tracker_speed
@@ -16,7 +17,12 @@ from figure import Figure
 from rich.console import Console
 from rich.table import Table
 
-SUITES = {"tracking": tracker_speed.run, "graph": graph_speed.run, "serving": serving.run}
+SUITES = {
+    "tracking": tracker_speed.run,
+    "graph": graph_speed.run,
+    "serving": serving.run,
+    "detector": detector_speed.run,
+}
 
 
 def main() -> int:
