@@ -1,0 +1,173 @@
+"""Parts are found by themselves, again after they were lost, and never by believing a detector."""
+
+import time
+from collections.abc import Collection
+from dataclasses import replace
+
+import pytest
+
+from snapfit.models.asset import find_asset
+from snapfit.models.camera import AZURE_KINECT_720P, RgbdCamera
+from snapfit.models.pose import Pose
+from snapfit.tracking.body import load_bodies
+from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.finding.finder import Hypothesis
+from snapfit.tracking.finding.lookout import DelayedLookout, LookoutThread
+from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
+from snapfit.tracking.finding.self_starting import SelfStartingTracker
+from snapfit.tracking.methods import create_tracker
+from snapfit.tracking.result import Status
+
+CAMERA = RgbdCamera(AZURE_KINECT_720P, AZURE_KINECT_720P)
+TURN = Pose.exp([0.5, 0.6, -0.3, 0, 0, 0])
+HERE = Pose.from_translation(0.08, -0.01, 0.65) @ TURN
+THERE = Pose.from_translation(-0.12, 0.0, 0.65) @ TURN
+OFF = [0.05, -0.06, 0.04, 0.006, -0.005, 0.006]
+
+
+class FakeFinder:
+    """Says what it was told, a little wrong."""
+
+    def __init__(self, poses: dict[str, Pose], score: float = 0.9) -> None:
+        self.names = tuple(poses)
+        self.poses, self.score = poses, score
+        self.asked: list[tuple[str, ...]] = []
+
+    def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        del frame
+        self.asked.append(tuple(wanted))
+        poses = self.poses.items()
+        return [Hypothesis(n, pose.perturbed(OFF), self.score) for n, pose in poses if n in wanted]
+
+
+class BrokenFinder:
+    names = ("jaw",)
+
+    def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        del frame, wanted
+        raise TrackingError("the network is made of cheese")
+
+
+@pytest.fixture(scope="module")
+def parts():
+    clamp = find_asset("hobby-corner-clamp").tracked_parts
+    return [clamp[1], replace(clamp[1], name="twin")]
+
+
+@pytest.fixture(scope="module")
+def bodies(parts):
+    return load_bodies(parts)
+
+
+def tracker_of(parts, bodies, finder, delay_frames: int = 2) -> SelfStartingTracker:
+    tracker = create_tracker("gbot-without-graph", parts, CAMERA)
+    return SelfStartingTracker(tracker, bodies, parts, DelayedLookout(finder, delay_frames))
+
+
+def test_parts_start_by_themselves(parts, bodies, draw) -> None:
+    poses = {"jaw": HERE, "twin": THERE}
+    tracker = tracker_of(parts, bodies, FakeFinder(poses))
+    results = [tracker.track(draw(parts, poses)) for _ in range(4)]
+    assert {each.status for each in results[0].parts} == {Status.SEARCHING}
+    assert all(each.camera_from_body is None for each in results[0].parts)
+    for each in results[-1].parts:
+        assert each.status is Status.TRACKED
+        assert each.camera_from_body.distance_to(poses[each.part]) < 0.002
+
+
+def test_twins_share_what_a_detector_takes_for_one_of_them(parts, bodies, draw) -> None:
+    class OneClass(FakeFinder):
+        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+            del frame, wanted
+            return [Hypothesis("jaw", pose.perturbed(OFF), 0.9) for pose in (HERE, THERE)]
+
+    tracker = tracker_of(parts, bodies, OneClass({"jaw": HERE, "twin": THERE}))
+    poses = {"jaw": HERE, "twin": THERE}
+    results = [tracker.track(draw(parts, poses)) for _ in range(4)]
+    places = [each.camera_from_body for each in results[-1].parts]
+    for place in (HERE, THERE):
+        assert min(pose.distance_to(place) for pose in places) < 0.002
+
+
+def test_a_find_on_the_bare_wall_is_dropped_again(parts, bodies, draw) -> None:
+    wall = Pose.from_translation(0.2, 0.1, 0.5) @ TURN
+    finder = FakeFinder({"jaw": wall})
+    tracker = tracker_of(parts[:1], bodies[:1], finder)
+    frame = draw(parts[:1], {"jaw": HERE})
+    results = [tracker.track(frame) for _ in range(8)]
+    assert len(finder.asked) >= 2
+    assert results[-1].parts[0].status is Status.SEARCHING
+
+
+def test_after_a_knock_parts_are_found_where_they_are_now(parts, bodies, draw) -> None:
+    before = {"jaw": HERE, "twin": THERE}
+    knock = Pose.from_translation(0.03, 0.09, 0.02) @ Pose.exp([0, 0, 0.5, 0, 0, 0])
+    after = {name: knock @ pose for name, pose in before.items()}
+    finder = FakeFinder(before)
+    tracker = tracker_of(parts, bodies, finder)
+    tracker.start(draw(parts, before), before)
+    for _ in range(3):
+        tracker.track(draw(parts, before))
+    finder.poses = after
+    frame = draw(parts, after)
+    results = [tracker.track(frame) for _ in range(14)]
+    for each in results[-1].parts:
+        assert each.camera_from_body.distance_to(after[each.part]) < 0.002, each
+
+
+def test_a_wrong_find_costs_nothing_where_all_is_seen(parts, bodies, draw) -> None:
+    poses = {"jaw": HERE, "twin": THERE}
+    wrong = {name: Pose.from_translation(0.02, 0.0, -0.05) @ pose for name, pose in poses.items()}
+    finder = FakeFinder(wrong, score=1.0)
+    tracker = tracker_of(parts, bodies, finder)
+    tracker.start(draw(parts, poses), poses)
+    frame = draw(parts, poses)
+    for _ in range(14):
+        result = tracker.track(frame)
+        for each in result.parts:
+            assert each.camera_from_body.distance_to(poses[each.part]) < 0.002
+    assert finder.asked
+
+
+def test_the_published_rule_believes_the_detector(parts, bodies, draw) -> None:
+    poses = {"jaw": HERE}
+    finder = FakeFinder({"jaw": Pose.from_translation(0.08, 0, 0) @ HERE})
+    tracker = create_tracker("gbot-without-graph", parts[:1], CAMERA)
+    paper = PaperReinitialisation(tracker, finder)
+    frame = draw(parts[:1], poses)
+    paper.start(frame, poses)
+    distances = [paper.track(frame).parts[0].camera_from_body.distance_to(HERE) for _ in range(10)]
+    assert max(distances[:9]) < 0.002
+    assert distances[9] > 0.02
+    assert len(finder.asked) == 1
+
+
+def test_a_finder_that_fails_is_told_and_tracking_goes_on(parts, bodies, draw, caplog) -> None:
+    lookout = LookoutThread(BrokenFinder())
+    tracker = SelfStartingTracker(
+        create_tracker("gbot-without-graph", parts[:1], CAMERA), bodies[:1], parts[:1], lookout
+    )
+    frame = draw(parts[:1], {"jaw": HERE})
+    try:
+        statuses = {tracker.track(frame).parts[0].status for _ in range(20)}
+    finally:
+        tracker.close()
+    assert statuses == {Status.SEARCHING}
+    assert "made of cheese" in caplog.text
+
+
+def test_the_thread_takes_one_frame_at_a_time(parts, draw) -> None:
+    finder = FakeFinder({"jaw": HERE})
+    lookout = LookoutThread(finder)
+    frame = draw(parts[:1], {"jaw": HERE})
+    assert lookout.take() is None
+    assert lookout.offer(frame, ["jaw"])
+    assert not lookout.offer(frame, ["jaw"])
+    until_s = time.monotonic() + 10
+    while (found := lookout.take()) is None:
+        assert time.monotonic() < until_s
+        time.sleep(0.01)
+    lookout.close()
+    assert found.frame == frame.name
+    assert [each.part for each in found.hypotheses] == ["jaw"]
+    assert not lookout.offer(frame, ["jaw"])

@@ -1,0 +1,47 @@
+"""What a finder of first poses is."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Protocol
+
+from snapfit.models.pose import Pose
+from snapfit.tracking.frame import Frame
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Where a part may be.
+
+    Attributes:
+        part: its name.
+        camera_from_body: the pose; of a symmetric part one that looks the same.
+        score: how sure it is, 0 to 1; comparable among the hypotheses of one finder.
+    """
+
+    part: str
+    camera_from_body: Pose
+    score: float
+
+
+class Finder(Protocol):
+    """Finds parts in a single frame; safe to use from one thread at a time."""
+
+    names: tuple[str, ...]
+    """Of the parts that it can find."""
+
+    def find(self, frame: Frame, wanted: Collection[str]) -> list[Hypothesis]:
+        """Look for parts.
+
+        Args:
+            frame: in which they are looked for.
+            wanted: names of the parts.
+
+        Returns:
+            Several a part perhaps, the surest first; none of a part that was not found.
+
+        Raises:
+            FrameError: the frame does not fit the camera.
+            TrackingError: a part that this finder does not know, or it cannot work at all.
+        """

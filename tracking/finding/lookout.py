@@ -1,0 +1,143 @@
+"""Looks for parts beside the tracker, which never waits for it."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Protocol
+
+from snapfit.models.errors import SnapfitError
+from snapfit.tracking.finding.finder import Finder, Hypothesis
+from snapfit.tracking.frame import Frame
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a finder saw in one frame.
+
+    Attributes:
+        frame: its name.
+        hypotheses: where parts may be; none where it failed.
+        duration_ms: how long it took.
+        problem: why it failed; None where it did not.
+    """
+
+    frame: str
+    hypotheses: tuple[Hypothesis, ...]
+    duration_ms: float
+    problem: str | None = None
+
+
+class Lookout(Protocol):
+    """Takes a frame when it has time, and has an answer later."""
+
+    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
+        """Look into a frame for parts; False, and nothing is done, while it is busy."""
+
+    def take(self) -> Found | None:
+        """The answer, once; None while there is none. To be asked once a frame."""
+
+    def close(self) -> None:
+        """Look no more."""
+
+
+def look(finder: Finder, frame: Frame, wanted: Collection[str]) -> Found:
+    """One look; what a finder cannot do is told and never stops a tracker."""
+    begin = time.perf_counter()
+    try:
+        hypotheses, problem = tuple(finder.find(frame, wanted)), None
+    except SnapfitError as error:
+        hypotheses, problem = (), str(error)
+    return Found(frame.name, hypotheses, 1e3 * (time.perf_counter() - begin), problem)
+
+
+class DelayedLookout:
+    """Looks at once, and tells after a number of frames: the same answers in each run.
+
+    Args:
+        finder: that looks.
+        delay_frames: how many frames later `take` has the answer; 1: at the next frame.
+    """
+
+    def __init__(self, finder: Finder, delay_frames: int) -> None:
+        self._finder, self._delay_frames = finder, delay_frames
+        self._found: Found | None = None
+        self._left = 0
+
+    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
+        """As in `Lookout`."""
+        if self._found is not None:
+            return False
+        self._found, self._left = look(self._finder, frame, wanted), self._delay_frames
+        return True
+
+    def take(self) -> Found | None:
+        """As in `Lookout`."""
+        self._left -= 1
+        if self._found is None or self._left > 0:
+            return None
+        found, self._found = self._found, None
+        return found
+
+    def close(self) -> None:
+        """Nothing runs."""
+
+
+class LookoutThread:
+    """Looks in a thread of its own; the newest frame is offered when it is free again.
+
+    Args:
+        finder: used in that thread alone.
+    """
+
+    def __init__(self, finder: Finder) -> None:
+        self._finder = finder
+        self._changed = threading.Condition()
+        self._task: tuple[Frame, tuple[str, ...]] | None = None
+        self._found: Found | None = None
+        self._is_busy = self._is_closed = False
+        self._problem = ""
+        self._thread = threading.Thread(target=self._run, name="lookout", daemon=True)
+        self._thread.start()
+
+    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
+        """As in `Lookout`."""
+        with self._changed:
+            if self._is_busy or self._is_closed or self._found is not None:
+                return False
+            self._task, self._is_busy = (frame, tuple(wanted)), True
+            self._changed.notify()
+        return True
+
+    def take(self) -> Found | None:
+        """As in `Lookout`."""
+        with self._changed:
+            found, self._found = self._found, None
+        if found is not None and (found.problem or "") != self._problem:
+            self._problem = found.problem or ""
+            if self._problem:
+                _LOG.warning("looking for parts failed: %s", self._problem)
+        return found
+
+    def close(self) -> None:
+        """As in `Lookout`; waits for a look that is under way."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._is_closed or self._task is not None)
+                if self._is_closed or self._task is None:
+                    return
+                (frame, wanted), self._task = self._task, None
+            found = look(self._finder, frame, wanted)
+            with self._changed:
+                self._found, self._is_busy = found, False
