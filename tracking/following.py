@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from snapfit.models.asset import Asset
-from snapfit.models.pose import Pose
-from snapfit.tracking.assembly.estimate import AssemblyEstimate, PartObservation
+from snapfit.models.pose import Array, Pose
+from snapfit.tracking.assembly.estimate import UNSEEN, AssemblyEstimate, PartObservation, Sighting
 from snapfit.tracking.assembly.judge import StateJudge
 from snapfit.tracking.assembly.parameters import GBOT_PAPER, AssemblyParameters
 from snapfit.tracking.assembly.unclear import unclear_places
@@ -26,6 +26,8 @@ _CONVINCING = 0.5
 _BETTER, _VISIBLE = 1.15, 0.2
 _FIT_M, _AS_GOOD = 0.012, 0.95
 _HIDDEN, _FEW_POINTS = 0.1, 20
+_BETTER_BY = 0.1
+_AGREEMENT_RATE, _SURE = 0.1, 0.75
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,11 @@ class GraphFollower:
         self._turn = 0
         self._frame = 0
         self._is_seen = dict.fromkeys(self._names, True)
+        self._rivals: dict[str, float] = {}
+        self._held_q: dict[int, Array] = {}
+        # Running mean of each part's agreement with the image, and the best that it has been.
+        self._agreement = dict.fromkeys(self._names, 0.0)
+        self._best = dict.fromkeys(self._names, 0.0)
 
     @property
     def state(self) -> str:
@@ -105,7 +112,8 @@ class GraphFollower:
         if self._parameters.is_told:
             return self._told(), ()
         self._frame += 1
-        self._is_seen = {each.part: each.status is Status.TRACKED for each in estimates}
+        self._is_seen = {each.part: self._surely_seen(each) for each in estimates}
+        self._hold_hidden(estimates)
         poses = {each.part: each.camera_from_body for each in estimates}
         free: Mapping[str, Pose] = {}
         if not self._parameters.judge.thresholds_alone:  # the paper tries nothing out
@@ -120,11 +128,43 @@ class GraphFollower:
                 each.covariance,
                 each.visibility,
                 free.get(each.part),
+                self._is_seen[each.part],
             )
             for each in estimates
         ]
         assembly = self._judge.update(observations, self._frame, self._probe)
         return assembly, () if assembly.changed is None else self._link()
+
+    def _hold_hidden(self, estimates: Sequence[PartEstimate]) -> None:
+        """A linked part that nobody sees stays where it was on its joint.
+
+        What little is seen of it, the hand before it more often than not, would move it along.
+        What it carries may tell where it is.
+        """
+        structures, moved = self._optimiser.structures, False
+        for body, each in enumerate(estimates):
+            if not structures.arrays.n_dof[body]:
+                continue
+            q = structures.arrays.q[body]
+            hidden = each.status is Status.INFERRED and each.visibility < _VISIBLE
+            if body in self._held_q and hidden and not self._carries_seen(body):
+                q[:] = self._held_q[body]
+                moved = True
+            else:
+                self._held_q[body] = q.copy()
+        for root in {structures.root(body) for body in self._held_q} if moved else ():
+            self._optimiser.move(root, self._optimiser.pose(root))
+
+    def _carries_seen(self, body: int) -> bool:
+        """Whether a part that another one carries is seen well."""
+        parent_of = self._optimiser.structures.parent
+        for other, name in enumerate(self._names):
+            above = parent_of(other) if self._is_seen[name] else None
+            while above is not None and above != body:
+                above = parent_of(above)
+            if above is not None:
+                return True
+        return False
 
     def _told(self) -> AssemblyEstimate:
         """The assembly as somebody said that it is."""
@@ -141,6 +181,7 @@ class GraphFollower:
         for name, pose in freed.items():
             self._optimiser.move(self._names.index(name), pose)
         self._shadows.clear()
+        self._held_q.clear()
         return (*jumped, *freed)
 
     def _fitting(self, poses: Mapping[str, Pose | None]) -> Mapping[str, Pose]:
@@ -170,17 +211,29 @@ class GraphFollower:
                 return {link.child: tried.camera_from_body} if near and as_good else {}
         return {}
 
-    def _probe(self, part: str, pose: Pose) -> float:
-        """How well the image agrees with a part at a place; NaN where it cannot be seen there."""
+    def _probe(self, part: str, pose: Pose) -> Sighting:
+        """What the image says of a part at a place."""
         if part not in self._names or part in self._unclear or pose.translation[2] <= 0:
-            return math.nan
-        tried = self._optimiser.attempt(self._names.index(part), pose)
+            return UNSEEN
+        tried = self._optimiser.attempt(self._names.index(part), pose, in_front=True)
         evidence = tried.evidence
         if not tried.solved or evidence.visibility < _HIDDEN or evidence.points < _FEW_POINTS:
-            return math.nan
-        found = tried.camera_from_body
-        near = found.distance_to(pose) < 2 * _SAME_M and found.angle_to(pose) < 2 * _SAME_RAD
-        return evidence.confidence if near else 0.0
+            return UNSEEN
+        # Likelihoods of poses that show different sides of a part cannot be compared.
+        is_better = evidence.confidence > self._rivals.get(part, 0.0) + _BETTER_BY
+        return Sighting(evidence.confidence if is_better else 0.0, tried.camera_from_body)
+
+    def _surely_seen(self, estimate: PartEstimate) -> bool:
+        """Whether a part is tracked, and agrees with the image about as well as it has done."""
+        part, is_tracked = estimate.part, estimate.status is Status.TRACKED
+        self._rivals[part] = estimate.confidence if is_tracked else 0.0
+        if not is_tracked:
+            return False
+        mean = self._agreement[part]
+        mean += _AGREEMENT_RATE * (estimate.confidence - mean)
+        self._agreement[part] = mean
+        self._best[part] = best = max(self._best[part], mean)
+        return estimate.confidence >= _SURE * best
 
     def _try_without_link(self, estimates: Sequence[PartEstimate]) -> Mapping[str, Pose]:
         """Where linked parts would be by themselves; one of a structure is tried in each frame.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,14 @@ from snapfit.tracking.body import Body
 from snapfit.tracking.kernels.nearby import render_nearby
 from snapfit.tracking.kernels.types import Bodies, OcclusionSettings
 from snapfit.tracking.parameters import OcclusionParameters
+
+
+class Shown(NamedTuple):
+    """A copy of a rendering; see `NearbyRendering`."""
+
+    depth: npt.NDArray[np.float32]
+    part_id: npt.NDArray[np.uint8]
+    neighboured: npt.NDArray[np.uint8]
 
 
 class NearbyRendering:
@@ -57,6 +66,16 @@ class NearbyRendering:
             self.part_id,
             self.neighboured,
         )
+
+    def shown(self, bodies: Bodies) -> Shown:
+        """Draw the bodies anew, for an attempt; returns what was there, for `put_back`."""
+        kept = Shown(self.depth.copy(), self.part_id.copy(), self.neighboured.copy())
+        self.render(bodies)
+        return kept
+
+    def put_back(self, shown: Shown) -> None:
+        """Undo `shown`."""
+        self.depth[:], self.part_id[:], self.neighboured[:] = shown
 
 
 def occlusion_settings(parameters: OcclusionParameters, *, has_depth: bool) -> OcclusionSettings:

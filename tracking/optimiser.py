@@ -247,16 +247,28 @@ class Optimiser:
             motion.least_way_m,
         )
 
-    def attempt(self, body: int, pose: Pose) -> Attempt:
-        """What the frame makes of a body that starts from a pose, free; nothing is changed."""
+    def attempt(self, body: int, pose: Pose, *, in_front: bool = False) -> Attempt:
+        """What the frame makes of a body that starts from a pose, free; nothing is changed.
+
+        Args:
+            body: its index.
+            pose: `camera_from_body` to start from.
+            in_front: it hides others there: what is rendered to tell which body is in front shows
+                it where it is tried, not where it was expected. Needed far from there, where it
+                is close to others: a sleeve on a bar would count as hidden by the bar.
+        """
         bodies, structures = self._bodies, self.structures
         kept = bodies.active.copy(), bodies.poses[body].copy(), bodies.solved.copy()
         scores = [view.scores(body) for view in self._seeing]
         hiding = self._hiding[body]
         self.trust(body, well_known=False)
+        bodies.poses[body] = pose.matrix
+        bodies.active[body] = 1
+        self._spread()
+        drawn_anew = in_front and self._parameters.occlusion.modelled
+        renderings = [v.nearby.shown(v.bodies) for v in self._seeing if drawn_anew]
         bodies.active[:] = 0
         bodies.active[body] = 1
-        bodies.poses[body] = pose.matrix
         self.structures = self._alone
         self.refine()
         self.weigh()
@@ -270,6 +282,8 @@ class Optimiser:
         bodies.active[:], bodies.poses[body], bodies.solved[:] = kept
         for view, kept_scores in zip(self._seeing, scores, strict=True):
             view.put_back(body, kept_scores)
+        for view, rendering in zip(self._seeing, renderings, strict=False):
+            view.nearby.put_back(rendering)
         self._add_up()
         self._hiding[body] = hiding
         return found

@@ -151,3 +151,16 @@ def test_meshes_are_simplified_before_they_are_drawn() -> None:
     assert (nearby.part_id != wanted.part_id).mean() < 0.01
     seen = (nearby.part_id > 0) & (wanted.part_id == nearby.part_id)
     assert np.abs(nearby.depth - wanted.depth)[seen].mean() < 0.001
+
+
+def test_what_is_drawn_for_an_attempt_is_put_back() -> None:
+    poses = [at(0.02, 0.4), at(-0.02, 0.6)]
+    nearby = rendered(poses)
+    before = nearby.depth.copy(), nearby.part_id.copy(), nearby.neighboured.copy()
+    kept = nearby.shown(bodies_at([poses[0], at(0.3, 0.3)]))
+    alone = rendered([poses[0], at(0.3, 0.3)])
+    assert np.array_equal(nearby.part_id, alone.part_id)
+    assert nearby.neighboured.tolist() == alone.neighboured.tolist() == [0, 0]
+    nearby.put_back(kept)
+    for now, then in zip((nearby.depth, nearby.part_id, nearby.neighboured), before, strict=True):
+        assert np.array_equal(now, then)

@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from snapfit.models.pose import Array, Pose
 from snapfit.tracking.assembly.link_error import LinkFit
 from snapfit.tracking.result import Status
 
-Probe = Callable[[str, Pose], float]
-"""`probe(part, camera_from_body)`: how well the image agrees with a part that stands there, 0 to 1;
-not a number where it could not be seen anyway."""
+
+class Sighting(NamedTuple):
+    """What the image says of a part that is looked for at a place.
+
+    Attributes:
+        confidence: how well it agrees with a part that stands there, 0 to 1; 0 where another pose
+            of the part agrees about as well; not a number where it could not be seen anyway.
+        camera_from_body: the pose near the place that agrees best; None without one.
+    """
+
+    confidence: float
+    camera_from_body: Pose | None = None
+
+
+UNSEEN = Sighting(math.nan)
+
+Probe = Callable[[str, Pose], Sighting]
+"""`probe(part, camera_from_body)`: looks for a part at a place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +46,8 @@ class PartObservation:
         visibility: share of it that is seen, 0 to 1.
         free_camera_from_body: where a linked part's own evidence would have it; None where it has
             none, or is not linked.
+        is_sure: whether it is seen by itself, and agrees with the image about as well as it does
+            when all is well: a part that was found again at a place where it is not seldom does.
     """
 
     part: str
@@ -38,6 +57,7 @@ class PartObservation:
     covariance: Array | None = None
     visibility: float = 1.0
     free_camera_from_body: Pose | None = None
+    is_sure: bool = True
 
 
 class MisassemblyKind(StrEnum):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from snapfit.models.manifest import JointType
 from snapfit.models.pose import Array
 from snapfit.tracking.assembly.link_error import LinkFit, LinkMeasure
 from snapfit.tracking.assembly.parameters import AssemblyParameters
@@ -53,7 +54,7 @@ class LinkEvidence:
             spread: of a single measurement of it.
         """
         p = self._parameters
-        self.hidden_frames = self._supported = self._denied = 0
+        self.hidden_frames = self._denied = 0
         if self.is_far(parent_from_child):
             self._close = self._near = self._rest = 0
             return
@@ -87,19 +88,39 @@ class LinkEvidence:
         is_close = at_zero.is_within(p.close_m + more_m / 2, p.close_rad + more_rad / 2)
         return is_close, at_zero.is_within(near_m, near_rad)
 
-    def miss(self, support: float) -> None:
-        """Takes in a frame without a trustworthy pose of parent or child.
-
-        Args:
-            support: agreement of the image with the part in its place, 0 to 1, or not a number.
-        """
-        p = self._parameters
+    def miss(self) -> None:
+        """Takes in a frame without a trustworthy pose of parent or child."""
         self.hidden_frames += 1
         self._close = self._near = self._rest = 0
+
+    def ask(self, support: float, parent_from_child: Array | None) -> None:
+        """Takes in what the image says of the part in its place, wherever it is tracked.
+
+        Args:
+            support: agreement of the image with it, 0 to 1; not a number where it is not seen.
+            parent_from_child: (4, 4) that agrees best, near the place.
+        """
+        p = self._parameters
         if math.isnan(support):
             return
-        self._supported = _counted(self._supported, support >= p.supported)
+        agrees = support >= p.supported and parent_from_child is not None
+        if agrees and parent_from_child is not None:
+            agrees = self._is_in_place(parent_from_child)
+        self._supported = _counted(self._supported, agrees)
         self._denied = _counted(self._denied, support < 1 - p.supported)
+
+    def _is_in_place(self, parent_from_child: Array) -> bool:
+        """Whether a pose at which an image was looked at is that of a child in its place."""
+        p, joint = self._parameters, self.measure.joint
+        if joint.type is not JointType.SCREW:
+            return self.measure.fit_at_zero(parent_from_child).is_within(p.near_m, p.looked_rad)
+        fit = self.measure.fit(parent_from_child)
+        travel_m = abs(float(fit.q[0])) * abs(joint.pitch_m) / math.tau
+        return fit.is_within(p.near_m, p.looked_rad) and travel_m < p.slow_m
+
+    def forget_support(self) -> None:
+        """The part is surely seen: what spoke for its place while it was not counts no more."""
+        self._supported = 0
 
     @property
     def is_ready(self) -> bool:

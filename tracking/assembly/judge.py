@@ -19,10 +19,12 @@ from snapfit.tracking.assembly.estimate import (
 )
 from snapfit.tracking.assembly.evidence import LinkEvidence, Spread
 from snapfit.tracking.assembly.graph import AssemblyGraph, Edge
+from snapfit.tracking.assembly.link_error import LinkMeasure
 from snapfit.tracking.assembly.misassembly import MisassemblyWatch
 from snapfit.tracking.assembly.parameters import AssemblyParameters
 from snapfit.tracking.assembly.relations import Relations, distances
 from snapfit.tracking.assembly.undoing import Undoing
+from snapfit.tracking.assembly.unseen_turns import UnseenTurns
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.result import Status
 
@@ -44,6 +46,8 @@ class StateJudge:
         self.graph = AssemblyGraph(asset)
         self.parameters = parameters
         self.relations = Relations(self.graph.tracked, parameters)
+        self._turns = UnseenTurns({part.name: part.symmetry for part in asset.parts})
+        self._linked: frozenset[str] = frozenset()
         self._watch = MisassemblyWatch(asset, self.graph, parameters)
         self._taken: list[str] = []
         self._hold_frames = 0
@@ -88,7 +92,8 @@ class StateJudge:
         if self.parameters.thresholds_alone:
             return self._estimate(seen, self._take(self._by_thresholds(seen)))
         trusted = {name: pose for name, each in seen.items() if (pose := self._trusted(each))}
-        self.relations.update(trusted)
+        sure = [name for name, each in seen.items() if each.is_sure]
+        self.relations.update(self._turns.taken_out(trusted, self._linked), sure)
         self._undoing.update(seen)
         for evidence in self._evidence.values():
             for each in evidence:
@@ -122,13 +127,13 @@ class StateJudge:
             if not evidence.is_far(mean):
                 spread = _spread(seen[parent], seen[child], mean)
             evidence.see(mean, self.relations.still_of(parent, child), spread)
-            return
-        support, goal = math.nan, evidence.measure.goal
-        if probe is not None and parent in trusted:
-            support = probe(child, trusted[parent] @ goal)
-        elif probe is not None and child in trusted:
-            support = probe(parent, trusted[child] @ goal.inverse())
-        evidence.miss(support)
+            if seen[child].is_sure or seen[child].status is not Status.TRACKED:
+                evidence.forget_support()
+                return
+        else:
+            evidence.miss()
+        if probe is not None:
+            evidence.ask(*_looked_for(evidence.measure, trusted, probe))
 
     def _forward(self) -> StateChange | None:
         """The step, or steps, that the evidence shows to be done."""
@@ -195,6 +200,8 @@ class StateJudge:
         """Begins to gather evidence against a new state."""
         p, graph = self.parameters, self.graph
         self._state = state
+        changed = self._linked ^ graph.linked(state)
+        self.relations.begin_anew(self._turns.forget(changed))
         self._linked = graph.linked(state)
         path = graph.path_to(state, self._taken)
         self._finished = tuple(step.name for step in path)
@@ -220,6 +227,20 @@ class StateJudge:
         leaving = max(self._undoing.progress, *ways, 0.0)
         confidence = state_confidence(self.graph.held(self._state), seen, leaving)
         return AssemblyEstimate(self._state, confidence, change, self._finished, self._next, wrong)
+
+
+def _looked_for(
+    measure: LinkMeasure, trusted: Mapping[str, Pose], probe: Probe
+) -> tuple[float, Array | None]:
+    """Confidence in the image, and `parent_from_child`, of a part looked for in its place."""
+    parent, child = measure.link.parent, measure.link.child
+    if parent in trusted:
+        support, found = probe(child, trusted[parent] @ measure.goal)
+        return support, None if found is None else (trusted[parent].inverse() @ found).matrix
+    if child in trusted:
+        support, found = probe(parent, trusted[child] @ measure.goal.inverse())
+        return support, None if found is None else (found.inverse() @ trusted[child]).matrix
+    return math.nan, None
 
 
 def _spread(parent: PartObservation, child: PartObservation, parent_from_child: Array) -> Spread:

@@ -105,6 +105,8 @@ class MisassemblyWatch:
         is_over = relations.still_frames[pair] < self._parameters.wrong_frames
         if part in self._active or is_over or not self._watched[pair] or self._state is None:
             return
+        if relations.sure_frames[pair] < self._parameters.sure_share * relations.still_frames[pair]:
+            return  # A part in doubt, or before which a hand is, is not told to be wrong.
         if not relations.has_been_moved(part):
             return  # It lies where it always lay: what was put beside it is in its own place.
         a, b = self._names[relations.first[pair]], self._names[relations.second[pair]]

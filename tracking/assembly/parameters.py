@@ -29,6 +29,8 @@ class AssemblyParameters:
             2.5 mm away, and a noisy part may look as if it were.
         near_rad: the same for the rotation.
         near_frames: so long at rest.
+        looked_rad: where the image is asked about a part of which little is seen, it is in its
+            place if it agrees best this near to it.
         slow_m: a screw whose turn cannot be seen advances 2 or 3 mm while the hand turns it once
             and takes a new hold, so it only counts when its travel is done to less than that.
         slow_frames: and so long.
@@ -51,6 +53,7 @@ class AssemblyParameters:
         undone_frames: so long.
         hold_frames: so long an operator's word stands against the evidence of that moment.
         wrong_frames: a part at the wrong place counts after 0.7 s at rest.
+        sure_share: and only if the poses of both were beyond doubt for so much of that time.
         moved_m: and only if it has been moved by so much before.
         moved_rad: or turned by so much.
         contact_m: surfaces touch when they are nearer than this: clearance, tracking error and the
@@ -70,6 +73,7 @@ class AssemblyParameters:
     near_m: float = 0.005
     near_rad: float = np.radians(6)
     near_frames: int = 5
+    looked_rad: float = np.radians(8)
     slow_m: float = 0.0018
     slow_frames: int = 8
     widening: float = 1.0
@@ -89,6 +93,7 @@ class AssemblyParameters:
     undone_frames: int = 6
     hold_frames: int = 90
     wrong_frames: int = 21
+    sure_share: float = 0.6
     moved_m: float = 0.02
     moved_rad: float = np.radians(25)
     contact_m: float = 0.0045

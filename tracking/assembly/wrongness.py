@@ -60,6 +60,21 @@ class Situation:
             return False
         return fit.translation_m < self.parameters.fulfilled_m
 
+    def next_is_open(self) -> bool:
+        """Whether the next step is known not to be done: its parts are seen elsewhere.
+
+        A part that lies where it lay at first needs no second look.
+        """
+        for measure in self.next_links:
+            parent, child = measure.link.parent, measure.link.child
+            if not self.relations.has_been_moved(child):
+                continue
+            if not self.relations.is_known_of(parent, child) or self.is_fulfilled(
+                self.fit(measure)
+            ):
+                return False
+        return True
+
 
 def what_is_wrong(situation: Situation, part: str, is_touching: bool) -> Verdict | None:
     """Judges a part at rest against another one.
@@ -78,7 +93,8 @@ def what_is_wrong(situation: Situation, part: str, is_touching: bool) -> Verdict
     later = [(each, situation.fit(each)) for each in _of(_later(situation), part)]
     for measure, fit in later:
         if fit is not None and situation.is_fulfilled(fit) and _still(situation, measure):
-            return MisassemblyKind.WRONG_ORDER, fit.translation_m, fit.rotation_rad
+            errors = fit.translation_m, fit.rotation_rad
+            return (MisassemblyKind.WRONG_ORDER, *errors) if situation.next_is_open() else None
     if not is_touching:
         return None
     own = [(measure, fit) for measure, fit in coming + later if fit is not None]

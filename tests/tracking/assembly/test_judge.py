@@ -11,7 +11,7 @@ from toy import BESIDE, ON_BOARD, carried, toy
 from tracks import Noise, Track, judged, observed
 
 from snapfit.models.pose import Pose
-from snapfit.tracking.assembly.estimate import AssemblyEstimate
+from snapfit.tracking.assembly.estimate import UNSEEN, AssemblyEstimate, Sighting
 from snapfit.tracking.assembly.judge import StateJudge
 from snapfit.tracking.assembly.parameters import GBOT_PAPER, AssemblyParameters
 from snapfit.tracking.errors import TrackingError
@@ -160,16 +160,54 @@ def test_a_hidden_part_is_looked_for_in_its_place() -> None:
     noise = replace(USUAL, hidden=(("left", 40, 999),))
     asked = []
 
-    def probe(part: str, camera_from_body: Pose) -> float:
+    def probe(part: str, camera_from_body: Pose) -> Sighting:
         asked.append((part, camera_from_body.distance_to(ON_BOARD["left"])))
-        return 0.9 if len(asked) > 30 else float("nan")
+        return Sighting(0.9, camera_from_body) if len(asked) > 30 else UNSEEN
+
+    def aside(part: str, camera_from_body: Pose) -> Sighting:
+        return Sighting(0.9, camera_from_body @ Pose.from_translation(0, 0.01, 0))
 
     estimates = judged(track, noise, seed=10, probe=probe)
     assert states(estimates) == ["free", "left-on"]
     assert {part for part, _ in asked} == {"left"}
     assert max(distance for _, distance in asked) < 0.01
     assert states(judged(track, noise, seed=10)) == ["free"]
-    assert states(judged(track, noise, seed=10, probe=lambda *_: 0.5)) == ["free"]
+    assert states(judged(track, noise, seed=10, probe=lambda _, pose: Sighting(0.5, pose))) == [
+        "free"
+    ]
+    assert states(judged(track, noise, seed=10, probe=aside)) == ["free"]
+
+
+def test_a_part_that_is_tracked_at_a_wrong_place_is_looked_for_in_its_own() -> None:
+    """The left block is put on the board, but its estimate stays behind, in doubt."""
+    track = carried(toy(), [("left", ON_BOARD["left"])], n_rest=40)
+    for is_sure, found in ((False, ["free", "left-on"]), (True, ["free"])):
+        judge, estimates = StateJudge(track.asset), []
+        for f, observations in enumerate(observed(track, USUAL, seed=12)):
+            behind = [
+                replace(each, camera_from_body=BESIDE["left"], is_sure=is_sure)
+                if each.part == "left"
+                else each
+                for each in observations
+            ]
+            is_there = track.states[f] == "left-on"
+            look = (lambda _, pose: Sighting(0.9, pose)) if is_there else (lambda *_: Sighting(0))
+            estimates.append(judge.update(behind, f, look))
+        assert states(estimates) == found
+        if not is_sure:
+            assert delays(track, estimates)[0] <= 10
+
+
+def test_a_screw_that_the_image_shows_half_way_is_not_in_its_place() -> None:
+    joint = {"type": "screw", "axis": (0, 0, 1), "pitch_m": 0.016, "travel_m": (-0.03, 0.03)}
+    track = carried(toy(left={"joint": joint}), [("left", ON_BOARD["left"])], n_rest=40)
+    noise = replace(USUAL, hidden=(("left", 40, 999),))
+    for way_m, found in ((0.004, ["free"]), (0.0005, ["free", "left-on"])):
+        turned = Pose.exp([0, 0, math.tau * way_m / 0.016, 0, 0, way_m])
+        estimates = judged(
+            track, noise, seed=13, probe=lambda _, pose, turned=turned: Sighting(0.9, pose @ turned)
+        )
+        assert states(estimates) == found
 
 
 def test_a_step_that_nobody_sees_shows_when_the_next_is_done() -> None:
@@ -180,7 +218,7 @@ def test_a_step_that_nobody_sees_shows_when_the_next_is_done() -> None:
     estimates = judged(replace(track, asset=asset), hidden, seed=11)
     assert states(estimates) == ["free", "both"]
     assert estimates[-1].finished_steps == ("put-left", "then-right")
-    denied = judged(replace(track, asset=asset), hidden, seed=11, probe=lambda *_: 0.1)
+    denied = judged(replace(track, asset=asset), hidden, seed=11, probe=lambda *_: Sighting(0.1))
     assert states(denied) == ["free"]
 
 

@@ -131,6 +131,35 @@ def test_a_part_that_is_only_predicted_is_not_judged() -> None:
     assert events(track, hidden) == []
 
 
+def doubted(track: Track, part: str, frames: range, seed: int = 1) -> list[set[str]]:
+    """Parts that are told to be wrong, by frame, while one is tracked but in doubt."""
+    judge, told = StateJudge(track.asset), []
+    for f, observations in enumerate(observed(track, USUAL, seed)):
+        seen = [
+            replace(each, is_sure=False) if each.part == part and f in frames else each
+            for each in observations
+        ]
+        told.append({event.part for event in judge.update(seen, f).misassemblies})
+    return told
+
+
+def test_a_part_in_doubt_is_not_told_to_be_wrong_before_it_is_seen_well() -> None:
+    track = carried(toy(), [("left", Pose.from_translation(0, 0, 0.02))], n_rest=120)
+    told = doubted(track, "left", range(150))
+    assert not any(told[:150])
+    assert told[-1] == {"left"}
+
+
+def test_no_order_is_wrong_while_nobody_sees_whether_the_step_before_is_done() -> None:
+    asset = toy()
+    states = tuple(state for state in asset.states if state.name != "right-on")
+    asset = replace(asset, steps=(asset.steps[0], asset.steps[2]), states=states)
+    aside = Pose.from_translation(-0.1, -0.12, 0.02)
+    track = carried(asset, [("left", aside), ("right", ON_BOARD["right"])], n_rest=60)
+    assert doubted(track, "left", range(0))[-1] == {"right"}
+    assert not any(doubted(track, "left", range(60, 999)))
+
+
 def test_two_free_parts_that_touch_are_nobodys_business() -> None:
     on_right = BESIDE["right"] @ Pose.from_translation(0, 0, 0.02)
     assert events(carried(toy(), [("left", on_right)], n_rest=60)) == []

@@ -157,7 +157,8 @@ def test_cameras_may_differ(base, camera, draw) -> None:
     assert errors(estimate, truth)[0] < 0.006
 
 
-def test_an_attempt_changes_nothing(base, camera, see) -> None:
+@pytest.mark.parametrize("in_front", [False, True])
+def test_an_attempt_changes_nothing(base, camera, see, in_front) -> None:
     bodies = load_bodies([base])
     optimiser = Optimiser(bodies, camera, TrackerParameters(), [RigCamera(camera, SIDE)])
     optimiser.place(0, HOME)
@@ -166,7 +167,7 @@ def test_an_attempt_changes_nothing(base, camera, see) -> None:
     optimiser.weigh()
     pose, evidence = optimiser.pose(0), optimiser.evidence(0)
     support, likelihood = optimiser.support.copy(), optimiser.likelihoods[0]
-    tried = optimiser.attempt(0, HOME.perturbed(5 * STEP))
+    tried = optimiser.attempt(0, HOME.perturbed(5 * STEP), in_front=in_front)
     assert tried.evidence.lines > 0
     assert np.array_equal(optimiser.pose(0).matrix, pose.matrix)
     assert optimiser.evidence(0) == evidence
