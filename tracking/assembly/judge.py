@@ -92,7 +92,8 @@ class StateJudge:
         if self.parameters.thresholds_alone:
             return self._estimate(seen, self._take(self._by_thresholds(seen)))
         trusted = {name: pose for name, each in seen.items() if (pose := self._trusted(each))}
-        sure = [name for name, each in seen.items() if each.is_sure]
+        # What is linked is held by its module, also where little of it is seen.
+        sure = [name for name, each in seen.items() if each.is_sure or name in self._linked]
         self.relations.update(self._turns.taken_out(trusted, self._linked), sure)
         self._undoing.update(seen)
         for evidence in self._evidence.values():
