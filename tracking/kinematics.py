@@ -31,6 +31,8 @@ class KinematicStructures:
             q=np.zeros((n_bodies, 2)),
             limits=np.tile([-np.inf, np.inf], (n_bodies, 2, 1)),
         )
+        # Asked for several times a frame and body; changed with the links alone.
+        self._members = [self.arrays.order[body : body + 1] for body in range(n_bodies)]
 
     def parent(self, body: int) -> int | None:
         """The body that carries it, None where it is free."""
@@ -45,9 +47,7 @@ class KinematicStructures:
 
     def members(self, body: int) -> npt.NDArray[np.int64]:
         """All bodies of the structure that a body is in, parents before children."""
-        place = int(np.flatnonzero(self.arrays.order == body)[0])
-        structure = int(np.searchsorted(self.arrays.starts, place, side="right")) - 1
-        return self.arrays.order[self.arrays.starts[structure] : self.arrays.starts[structure + 1]]
+        return self._members[body]
 
     def link(self, child: int, parent: int, joint: JointMotion, q: Array) -> None:
         """Let a parent carry a child; the poses stay, see `place`.
@@ -112,6 +112,8 @@ class KinematicStructures:
             for body in tree:
                 tree += [int(child) for child in np.flatnonzero(arrays.parents == body)]
             order += tree
+            for body in tree:
+                self._members[body] = arrays.order[starts[-1] : starts[-1] + len(tree)]
         arrays.order[:] = order
         arrays.starts[:] = n
         arrays.starts[: len(starts)] = starts
