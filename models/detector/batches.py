@@ -20,8 +20,8 @@ from snapfit.models.train_reader import TrainSample
 
 Batch = tuple[Tensor, Targets]
 
-# Six tiles show two parts of each image, which is decoded once.
-_IMAGES_A_VIEW = 3
+# Six tiles show three parts of each image, which is decoded once.
+_IMAGES_A_VIEW = 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ each cell for the place on the part that it shows teaches that much sooner (Wang
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -18,6 +18,7 @@ from snapfit.models.detector.shapes import PartShape
 from snapfit.models.detector.views import View
 from snapfit.models.pose import Pose
 from snapfit.models.rasteriser import render
+from snapfit.models.rle import is_in_mask, run_ends
 from snapfit.models.train_labels import Instance
 
 CELL_PX = 8
@@ -52,7 +53,7 @@ def surface_map(
         rows, columns = np.nonzero(drawn.part_id == i + 1)
         if len(rows) == 0:
             continue
-        is_seen = _mask(instance, view, camera)[rows, columns]
+        is_seen = _is_seen(instance, view, camera, rows, columns)
         rows, columns = rows[is_seen], columns[is_seen]
         z = drawn.depth[rows, columns].astype(np.float64)
         x, y = (columns - cells.cx) / cells.fx * z, (rows - cells.cy) / cells.fy * z
@@ -62,11 +63,25 @@ def surface_map(
     return numbers, places
 
 
-def _mask(instance: Instance, view: View, camera: PinholeCamera) -> npt.NDArray[np.bool_]:
-    """(h, w) cells in whose middle the part is seen."""
-    matrix = view.matrix / CELL_PX
-    # From middles of pixels to middles of cells.
-    matrix[:, 2] += matrix[:, :2] @ (0.5, 0.5) - 0.5
-    size = view.width // CELL_PX, view.height // CELL_PX
-    whole = instance.mask(camera).astype(np.uint8)
-    return np.asarray(cv2.warpAffine(whole, matrix, size, flags=cv2.INTER_NEAREST)) > 0
+def _is_seen(
+    instance: Instance,
+    view: View,
+    camera: PinholeCamera,
+    rows: npt.NDArray[np.int64],
+    columns: npt.NDArray[np.int64],
+) -> npt.NDArray[np.bool_]:
+    """(N,) whether the part is seen in the middles of cells."""
+    places = (np.column_stack([columns, rows]) + 0.5) * CELL_PX - view.matrix[:, 2]
+    pixels = np.rint(places @ np.linalg.inv(view.matrix[:, :2]).T - 0.5).astype(np.int64)
+    u, v = pixels.T
+    is_inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
+    is_seen = np.zeros(len(rows), dtype=np.bool_)
+    ends = _ends(instance.mask_text)
+    is_seen[is_inside] = is_in_mask(ends, v[is_inside], u[is_inside], camera.height)
+    return is_seen
+
+
+@lru_cache(maxsize=200_000)
+def _ends(text: str) -> npt.NDArray[np.int64]:
+    """Every image is looked at many times."""
+    return run_ends(text)
