@@ -64,7 +64,8 @@ def is_in_mask(
         columns: (N,).
         height: of the mask, px.
     """
-    return np.searchsorted(ends, columns * height + rows, side="right") % 2 == 1
+    runs = np.searchsorted(ends, columns * height + rows, side="right")
+    return np.asarray(runs % 2 == 1)
 
 
 def _text(counts: npt.NDArray[np.int64]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from snapfit.models.asset import Part
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.detector.card import CARD_NAME, ONNX_NAME, read_card
+from snapfit.models.errors import DetectorError
 from snapfit.models.pose import Array, Pose
 from snapfit.tracking.detection.candidates import Candidates, decoded, suppressed
 from snapfit.tracking.detection.letterbox import Letterbox, free_input_size
@@ -22,6 +23,7 @@ from snapfit.tracking.detection.onnx_model import OnnxModel
 from snapfit.tracking.detection.parameters import DetectorParameters
 from snapfit.tracking.detection.pnp import PnpPose, Rejection, pose_from_keypoints
 from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.finding.finder import Hypothesis
 from snapfit.tracking.frame import Frame, check_frame
 
 
@@ -76,7 +78,7 @@ class Detections:
 
 
 class Detector:
-    """Finds parts with a network; safe to use from one thread at a time.
+    """Finds parts with a network; a `Finder`, safe to use from one thread at a time.
 
     Attributes:
         names: of the parts that it can find.
@@ -148,6 +150,26 @@ class Detector:
         found.sort(key=lambda each: -each.confidence)
         duration_ms = 1e3 * (time.perf_counter() - begin)
         return Detections(frame.name, tuple(found), dict(rejected), duration_ms)
+
+    def find(self, frame: Frame, wanted: Collection[str]) -> list[Hypothesis]:
+        """As `Finder.find`: where the wanted parts may be, the surest first.
+
+        Raises:
+            FrameError: the frame does not fit the camera.
+            TrackingError: a part that this detector does not know, or the network does not run.
+        """
+        unknown = sorted(set(wanted) - set(self.names))
+        if unknown:
+            raise TrackingError(f"this detector finds {', '.join(self.names)}, not {unknown[0]!r}")
+        try:
+            detections = self.detect(frame)
+        except DetectorError as error:
+            raise TrackingError(str(error)) from error
+        return [
+            Hypothesis(each.part, each.camera_from_body, each.confidence)
+            for each in detections.found
+            if each.part in wanted
+        ]
 
     def _posed(self, kept: Candidates, place: int, frame: Frame) -> Detection | Rejection | None:
         """A candidate with its pose; None for a class that is not to be found."""

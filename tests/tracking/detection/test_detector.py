@@ -16,14 +16,17 @@ from fake_network import (
 
 from snapfit.models.asset import find_asset
 from snapfit.models.camera import RgbdCamera
+from snapfit.models.errors import DetectorError
 from snapfit.tracking.detection.detector import Detector
 from snapfit.tracking.detection.frame_by_frame import FrameByFrame
+from snapfit.tracking.detection.letterbox import Letterbox
 from snapfit.tracking.detection.parameters import (
     CandidateParameters,
     DetectorParameters,
     RangeParameters,
 )
 from snapfit.tracking.errors import FrameError, TrackingError
+from snapfit.tracking.finding.finder import Finder
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import Status
 
@@ -199,3 +202,24 @@ def test_as_a_method_every_frame_stands_for_itself(tmp_path):
 def test_a_method_for_parts_that_cannot_be_found_is_refused(tmp_path):
     with pytest.raises(TrackingError, match="none is wanted"):
         FrameByFrame(("lid",), RGBD, make(tmp_path))
+
+
+def test_as_a_finder_it_gives_hypotheses_of_what_is_wanted(tmp_path):
+    detector: Finder = make(tmp_path)
+    both = detector.find(frame(), {FIRST, SECOND})
+    assert [each.part for each in both] == [FIRST, SECOND]
+    assert both[0].score == pytest.approx(0.9)
+    assert both[0].camera_from_body.distance_to(POSES[FIRST]) < 1e-4
+    assert [each.part for each in detector.find(frame(), [SECOND])] == [SECOND]
+    with pytest.raises(TrackingError, match="finds base, jaw, not 'lid'"):
+        detector.find(frame(), {"lid"})
+
+
+def test_a_network_that_breaks_while_it_runs_is_told(tmp_path):
+    detector = make(tmp_path)
+    detector.input_size = (64, 64)
+    detector._letterbox = Letterbox(CAMERA.width, CAMERA.height, 64, 64)
+    with pytest.raises(DetectorError, match="does not run"):
+        detector.detect(frame())
+    with pytest.raises(TrackingError, match="does not run"):
+        detector.find(frame(), {FIRST})
