@@ -7,15 +7,18 @@ in memory; times are those of `Tracker.track`.
 
 from __future__ import annotations
 
-import resource
 import statistics
+import tempfile
+from pathlib import Path
 
 import numpy as np
 from bench_scene import CAMERA, make_scene
 from figure import Figure, at_most
+from tracker_memory import memory_mb
 
 from snapfit.models.asset import find_asset
-from snapfit.models.workbench.film import Film
+from snapfit.models.pose import Pose
+from snapfit.models.workbench.film import Film, FilmFrame
 from snapfit.models.workbench.split import TEST_FRAMES, TEST_SEED, Condition
 from snapfit.tracking.body import load_bodies
 from snapfit.tracking.frame import Frame
@@ -36,7 +39,6 @@ def run() -> list[Figure]:
     hidden = _through(Condition.HAND, 180, 260)
     medians = {n: _free_parts_ms(n) for n in COUNTS}
     slope = (medians[50] - medians[8]) / (50 - 8)
-    memory_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return [
         at_most("gbot, 8 parts, median", float(np.median(durations)), "ms", EVERY_MS),
         at_most("gbot, 8 parts, p95", float(np.percentile(durations, 95)), "ms", P95_MS),
@@ -44,7 +46,7 @@ def run() -> list[Figure]:
         Figure("gbot, 8 parts with a hand, p95", float(np.percentile(hidden, 95)), "ms"),
         *(Figure(f"gbot, {n} free parts, median", ms, "ms") for n, ms in medians.items()),
         Figure("a part more, from 8 to 50", slope, "ms"),
-        Figure("most memory of this process, renderer included", memory_mb, "MB"),
+        at_most("gbot, 8 parts, memory of a process", _memory_mb(180, 240), "MB", MEMORY_MB),
     ]
 
 
@@ -56,13 +58,29 @@ def _through(condition: Condition, first: int, end: int) -> np.ndarray:
     times = []
     for index in range(first, end):
         shown = film.frame(index, condition)
-        frame = Frame(str(index), index * 33_333_333, shown.color, shown.depth)
+        frame = _as_frame(shown, index)
         if index == first:
-            poses = {name: each.camera_from_body for name, each in shown.sightings.items()}
-            tracker.start(frame, poses)
+            tracker.start(frame, _poses(shown))
             tracker.set_state(shown.state)
         times.append(tracker.track(frame).duration_ms)
     return np.array(times[2:])
+
+
+def _memory_mb(first: int, end: int) -> float:
+    """Most memory of a process that tracks through a stretch of the film and renders nothing."""
+    film = Film(find_asset(ASSET), TEST_FRAMES[ASSET], 100 * TEST_SEED)
+    shown = [film.frame(index, Condition.NORMAL) for index in range(first, end)]
+    frames = [_as_frame(each, index) for index, each in enumerate(shown)]
+    with tempfile.TemporaryDirectory() as directory:
+        return memory_mb(Path(directory), ASSET, frames, _poses(shown[0]), shown[0].state)
+
+
+def _as_frame(shown: FilmFrame, index: int) -> Frame:
+    return Frame(str(index), index * 33_333_333, shown.color, shown.depth)
+
+
+def _poses(shown: FilmFrame) -> dict[str, Pose]:
+    return {name: each.camera_from_body for name, each in shown.sightings.items()}
 
 
 def _free_parts_ms(n_parts: int) -> float:
