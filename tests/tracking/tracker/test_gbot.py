@@ -87,6 +87,26 @@ def test_a_hidden_part_goes_where_its_link_takes_it(asset, pair, camera, draw, s
     assert np.degrees(jaw.camera_from_body.angle_to(poses["jaw"])) < 3
 
 
+def test_a_hidden_part_stays_where_it_was_on_its_joint(asset, pair, camera, draw, seat) -> None:
+    """Also when something before it is taken for it, and moves it along."""
+    tracker = tracker_of(asset, pair, camera)
+    poses, _ = mounted(tracker, pair, draw, seat)
+    structures = tracker._optimiser.structures
+    jaw = tracker.names.index("jaw")
+    assert structures.arrays.n_dof[jaw] == 1
+    shown = camera.color.project(poses["jaw"].transform(pair[1].mesh.vertices))
+    left, top = shown.min(axis=0).astype(int) - 8
+    right, bottom = shown.max(axis=0).astype(int) + 8
+    cover = (slice(top, bottom), slice(left, right), 0.35)
+    tracker.track(draw(pair, poses, cover=cover))
+    place = structures.arrays.q[jaw].copy()
+    structures.arrays.q[jaw, 0] += 0.008
+    structures.place(structures.root(jaw), tracker._optimiser.poses)
+    result = tracker.track(draw(pair, poses, cover=cover))
+    assert of(result, "jaw").status is Status.INFERRED
+    assert structures.arrays.q[jaw] == pytest.approx(place, abs=1e-9)
+
+
 def test_a_part_that_comes_off_undoes_the_step(asset, pair, camera, draw, seat) -> None:
     tracker = tracker_of(asset, pair, camera)
     mounted(tracker, pair, draw, seat)
