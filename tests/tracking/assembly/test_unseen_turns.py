@@ -50,12 +50,15 @@ def test_the_turn_of_a_joined_part_counts(turns: UnseenTurns) -> None:
     assert turns.forget(["knob"]) == ()
 
 
-def spinning(asset: Asset, track: Track, part: str, from_frame: int) -> Track:
+def spinning(asset: Asset, track: Track, part: str, first: int, last: int = 999) -> Track:
     """A track in which the estimate of a part turns unseen, 4 degrees a frame."""
     axis = next(each.symmetry.axis for each in asset.parts if each.name == part)
     assert axis is not None
     turned = [
-        {**poses, part: poses[part] @ axis.turn(math.radians(4) * max(f - from_frame, 0))}
+        {
+            **poses,
+            part: poses[part] @ axis.turn(math.radians(4) * (np.clip(f, first, last) - first)),
+        }
         for f, poses in enumerate(track.poses)
     ]
     return Track(track.asset, turned, track.states)
@@ -83,6 +86,6 @@ def test_a_turn_that_nobody_sees_is_no_move() -> None:
     way = carried(asset, [("right", ON_BOARD["right"])], n_rest=60)
     poses = [*lying.poses, *({**each, "left": start["left"]} for each in way.poses)]
     track = Track(asset, poses, ["free"] * 30 + list(way.states))
-    estimates = judged(spinning(asset, track, "left", 0), USUAL, seed=5)
+    estimates = judged(spinning(asset, track, "left", 0, 60), USUAL, seed=5)
     assert estimates[-1].state == "right-on"
     assert not [m for each in estimates for m in each.misassemblies]
