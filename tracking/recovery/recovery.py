@@ -22,7 +22,7 @@ from snapfit.tracking.recovery.seen_through import SeenThrough
 from snapfit.tracking.result import PartEstimate, Status
 
 _IN_DOUBT, _MARGIN, _PROBATION_FRAMES, _SEEN_WELL = 0.5, 60.0, 45, 0.12
-_AGREES = 0.9
+_AGREES, _AS_USUAL = 0.9, 0.8
 
 
 class Recovery:
@@ -111,7 +111,8 @@ class Recovery:
     def _take_in(self, body: int, estimate: PartEstimate) -> bool:
         """Note where a body is seen; returns whether that is sure."""
         self._unseen[body] += 1
-        sure = estimate.status is Status.TRACKED and estimate.confidence >= _IN_DOUBT
+        least = max(_IN_DOUBT, _AS_USUAL * self._judge.usual(body))
+        sure = estimate.status is Status.TRACKED and estimate.confidence >= least
         if sure:
             self._expected[body] = self._optimiser.pose(body)
             self._probation[body] -= min(self._probation[body], 1)
