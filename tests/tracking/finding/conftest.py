@@ -1,0 +1,115 @@
+"""A drawn bench with parts on it, whose poses are known."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from snapfit.models.asset import Part, find_asset
+from snapfit.models.camera import AZURE_KINECT_720P, PinholeCamera, RgbdCamera
+from snapfit.models.pose import Pose
+from snapfit.models.rasteriser import render
+from snapfit.tracking.body import Body, load_bodies
+from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.finding.open3d_module import open3d
+from snapfit.tracking.frame import Frame
+
+CAMERA = RgbdCamera(AZURE_KINECT_720P, AZURE_KINECT_720P)
+# The bench in the colour camera's frame: 45 degrees below it, 0.42 m away.
+NORMAL = np.array([0.0, -1.0, -1.0]) / np.sqrt(2)
+OFFSET_M = 0.42
+
+Draw = Callable[..., Frame]
+
+
+@pytest.fixture(scope="session")
+def needs_open3d() -> None:
+    try:
+        open3d()
+    except TrackingError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def camera() -> RgbdCamera:
+    return CAMERA
+
+
+@pytest.fixture(scope="session")
+def clamp() -> tuple[Part, ...]:
+    return find_asset("hobby-corner-clamp").tracked_parts
+
+
+@pytest.fixture(scope="session")
+def bodies(clamp: tuple[Part, ...]) -> tuple[Body, ...]:
+    return load_bodies(clamp)
+
+
+@pytest.fixture(scope="session")
+def lying(clamp: tuple[Part, ...]) -> dict[str, Pose]:
+    """Poses of the parts, each on the bench and apart from the others."""
+    base, jaw, bolt = clamp
+    return {
+        base.name: on_bench(base, [1.2, 0.1, 0.3], -0.15, 0.03),
+        jaw.name: on_bench(jaw, [2.0, 0.5, -0.2], 0.04, 0.06),
+        bolt.name: on_bench(bolt, [0.3, 0.8, 1.1], 0.17, -0.02),
+    }
+
+
+def on_bench(part: Part, rotation: Sequence[float], x_m: float, y_m: float) -> Pose:
+    """`camera_from_body` of a part that touches the bench, above the point on the ray (x, y, 1)."""
+    turn = Pose.exp([*rotation, 0, 0, 0])
+    ray = np.array([x_m, y_m, 0.58])
+    ground = ray * (-OFFSET_M / (NORMAL @ ray))
+    center = turn.transform(part.mesh.center_m)
+    lowest = (turn.transform(part.mesh.vertices) - center) @ NORMAL
+    translation = ground - center - lowest.min() * NORMAL
+    return Pose.from_rotation_translation(turn.rotation, translation)
+
+
+@pytest.fixture(scope="session")
+def draw() -> Draw:
+    """draw(parts, {name: pose}, bench=True, camera=CAMERA): a frame; without a bench no depth."""
+
+    def _draw(
+        parts: Sequence[Part],
+        poses: Mapping[str, Pose],
+        *,
+        bench: bool = True,
+        camera: RgbdCamera = CAMERA,
+    ) -> Frame:
+        rng = np.random.default_rng(3)
+        drawn = [part for part in parts if part.name in poses]
+        seen = render(camera.color, [(p.mesh, poses[p.name]) for p in drawn], normals=True)
+        assert seen.normal is not None
+        table = np.array([(0, 0, 0), *(part.color_rgb[::-1] for part in drawn)])
+        shade = 0.5 + 0.5 * np.abs(seen.normal[..., 2:])
+        noise = rng.normal(0, 4, (*seen.depth.shape, 1))
+        ground = rng.integers(70, 110, (*seen.depth.shape, 1)) * np.ones(3)
+        color = np.where(seen.part_id[..., None] > 0, table[seen.part_id] * shade + noise, ground)
+        assert camera.depth is not None
+        depth_from_color = camera.color_from_depth.inverse()
+        bodies = [(p.mesh, depth_from_color @ poses[p.name]) for p in drawn]
+        depth_m = render(camera.depth, bodies).depth.astype(np.float64)
+        if bench:
+            depth_m = np.where(depth_m > 0, depth_m, _bench_m(camera.depth, camera))
+        depth_m += (depth_m > 0) * rng.normal(0, 0.0007, depth_m.shape)
+        counts = np.round(depth_m / camera.depth_scale_m).astype(np.uint16)
+        pixels = np.ascontiguousarray(np.clip(color, 0, 255).astype(np.uint8))
+        return Frame("0", 0, pixels, counts)
+
+    return _draw
+
+
+def _bench_m(depth: PinholeCamera, camera: RgbdCamera) -> npt.NDArray[np.float64]:
+    """Depth of the bench in the depth camera, 0 above the horizon and beyond 2 m."""
+    v, u = np.mgrid[: depth.height, : depth.width]
+    rays = np.stack([(u - depth.cx) / depth.fx, (v - depth.cy) / depth.fy, np.ones(u.shape)], -1)
+    normal = camera.color_from_depth.rotation.T @ NORMAL
+    offset_m = OFFSET_M + NORMAL @ camera.color_from_depth.translation
+    toward = -(rays @ normal)
+    result: npt.NDArray[np.float64] = np.where(
+        toward > offset_m / 2, offset_m / np.maximum(toward, 1e-6), 0.0
+    )
+    return result

@@ -1,0 +1,91 @@
+"""The numeric parameters of the geometric finder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class CloudParameters:
+    """How a depth image becomes points, and points become clusters.
+
+    Attributes:
+        stride_px: every so many-th pixel of a row and of a column is taken.
+        farthest_m: what is farther away is left out.
+        plane_tolerance_m: how far a point of the plane may lie from it.
+        plane_rounds: triples of points that RANSAC tries.
+        plane_share: of the points, for them to be a plane that things lie on.
+        least_rise_m: how far a point of a thing rises above the plane at least, ...
+        rise_deviations: ... and how many standard deviations of the plane's own points.
+        neighbour_m: points of a cluster are this near to one another (DBSCAN).
+        neighbours: that a point inside a cluster has (DBSCAN).
+        least_points: of a cluster.
+        gap_m: clusters this near to one another may be one thing: its depth may have gaps.
+    """
+
+    stride_px: int = 3
+    farthest_m: float = 1.5
+    plane_tolerance_m: float = 0.005
+    plane_rounds: int = 300
+    plane_share: float = 0.25
+    least_rise_m: float = 0.0025
+    rise_deviations: float = 4.0
+    neighbour_m: float = 0.008
+    neighbours: int = 6
+    least_points: int = 40
+    gap_m: float = 0.025
+
+
+@dataclass(frozen=True)
+class ProposalParameters:
+    """How poses of a part are proposed for a cluster.
+
+    Attributes:
+        coarse_views: of the viewpoint model that are all compared: the first ones are a grid.
+        fine_views: among which the neighbours of the best are compared: a finer grid.
+        around_deg: how far those neighbours are away.
+        turns: about the line of sight, evenly.
+        surface_points, contour_points: of a view that are compared.
+        reach_m: an error counts as much at most.
+        area_ratio: between the cluster's area in the image and that of a view, at most.
+        followed: best poses of the coarse grid whose neighbours are compared.
+        kept: poses a cluster and part.
+        apart_deg: by which they differ.
+    """
+
+    coarse_views: int = 162
+    fine_views: int = 642
+    around_deg: float = 13.0
+    turns: int = 24
+    surface_points: int = 30
+    contour_points: int = 40
+    reach_m: float = 0.015
+    area_ratio: float = 1.8
+    followed: int = 16
+    kept: int = 6
+    apart_deg: float = 20.0
+
+
+@dataclass(frozen=True)
+class GeometricParameters:
+    """All of the geometric finder.
+
+    Attributes:
+        cloud: from the depth image to clusters.
+        proposals: from clusters to poses.
+        tried: poses of a part that are refined.
+        tried_clusters: clusters on which they lie, at most.
+        least_score: the share of lines and points that agree with a pose, times the overlap of its
+            image and the cluster's, that is reported. Parts on their own bench reach more than
+            0.7, those that lie on none 0.66 at most.
+        least_evidence: lines and points that took part.
+        deepest_m: how far a part may reach into the plane.
+    """
+
+    cloud: CloudParameters = field(default_factory=CloudParameters)
+    proposals: ProposalParameters = field(default_factory=ProposalParameters)
+    tried: int = 16
+    tried_clusters: int = 4
+    least_score: float = 0.7
+    least_evidence: int = 100
+    deepest_m: float = 0.008

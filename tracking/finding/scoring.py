@@ -1,0 +1,119 @@
+"""Refines proposed poses with the tracker's optimiser, and says how sure they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from snapfit.models.camera import RgbdCamera
+from snapfit.models.pose import Pose
+from snapfit.models.rasteriser import Rendering, render
+from snapfit.tracking.body import Body
+from snapfit.tracking.confidence import Evidence
+from snapfit.tracking.finding.clusters import Cluster
+from snapfit.tracking.finding.point_cloud import PointCloud
+from snapfit.tracking.frame import Frame
+from snapfit.tracking.optimiser import Optimiser
+from snapfit.tracking.parameters import OcclusionParameters, TrackerParameters
+
+_ONLY = np.ones(1, dtype=np.int64)
+_BEHIND_M = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """What became of a proposal.
+
+    Attributes:
+        camera_from_body: in the frame of the colour camera.
+        likelihood: its logarithm, as the tracker has it.
+        evidence: what of the frame agrees.
+        overlap: of its image and the cluster's, 0 to 1.
+    """
+
+    camera_from_body: Pose
+    likelihood: float
+    evidence: Evidence
+    overlap: float
+
+    @property
+    def score(self) -> float:
+        """0 to 1."""
+        return self.evidence.confidence * self.overlap
+
+
+class Scorer:
+    """Refines and judges poses of one part, by itself.
+
+    Args:
+        body: the part.
+        camera: where the frames come from.
+    """
+
+    def __init__(self, body: Body, camera: RgbdCamera) -> None:
+        # Nothing is known of the others: only what is measured can hide the part.
+        occlusion = OcclusionParameters(modelled=False)
+        self._optimiser = Optimiser([body], camera, TrackerParameters(occlusion=occlusion))
+        self._body = body
+        self._depth_from_color = camera.color_from_depth.inverse()
+
+    def see(self, frame: Frame) -> None:
+        """Take a frame.
+
+        Raises:
+            FrameError: it does not fit the camera.
+        """
+        self._optimiser.see(frame)
+
+    def refine(
+        self, pose: Pose, margins_px: Sequence[float], cloud: PointCloud, cluster: Cluster
+    ) -> Refined | None:
+        """Refine a pose, learning the colours at it in turns; None where that has no solution.
+
+        Args:
+            pose: `camera_from_body`, of the colour camera.
+            margins_px: a turn each; what lies this near to the contour is not learned.
+            cloud: the frame's depth.
+            cluster: that the pose explains.
+        """
+        optimiser = self._optimiser
+        optimiser.place(0, pose)
+        optimiser.correspond()
+        for margin_px in margins_px:
+            optimiser.learn(_ONLY, afresh_beyond_px=margin_px)
+            optimiser.refine()
+            if not optimiser.is_solved(0):
+                return None
+        optimiser.weigh()
+        refined = optimiser.pose(0)
+        drawn = render(cloud.camera, [(self._body.mesh, self._depth_from_color @ refined)])
+        return Refined(
+            camera_from_body=refined,
+            likelihood=float(optimiser.likelihoods[0]),
+            evidence=optimiser.evidence(0),
+            overlap=_overlap(drawn, cloud, cluster),
+        )
+
+
+def _overlap(drawn: Rendering, cloud: PointCloud, cluster: Cluster) -> float:
+    """Intersection over union of a drawn part and a cluster, 0 to 1.
+
+    Where nothing is measured, or something nearer than the part, nobody can tell.
+    """
+    window = (
+        slice(cluster.top, cluster.top + cluster.mask.shape[0]),
+        slice(cluster.left, cluster.left + cluster.mask.shape[1]),
+    )
+    is_part = drawn.depth > 0
+    measured_m = cloud.depth_m
+    known = (measured_m > 0) & ~(is_part & (measured_m < drawn.depth - _BEHIND_M))
+    mask = np.zeros_like(is_part)
+    mask[window] = cluster.mask
+    agrees = np.abs(measured_m - drawn.depth) < _BEHIND_M
+    # Nearer than the part inside its own cluster is no other thing.
+    known |= mask
+    union = (is_part | mask) & known
+    both = is_part & mask & (agrees | (measured_m == 0))
+    return float(both.sum() / max(union.sum(), 1))
