@@ -129,7 +129,7 @@ class GeometricFinder:
             found = scorer.refine(pose, _FIRST_MARGINS_PX, scene.cloud, cluster)
             if found is not None and found.score > _HOPELESS:
                 tried.append((cluster, found))
-        tried.sort(key=lambda each: -each[1].score)
+        tried.sort(key=lambda each: -each[1].worth)
         best: dict[frozenset[int], Fit] = {}
         settled: Counter[frozenset[int]] = Counter()
         for cluster, first in tried:
@@ -139,7 +139,7 @@ class GeometricFinder:
             pose = first.camera_from_body
             found = scorer.refine(pose, _LAST_MARGINS_PX, scene.cloud, cluster)
             known = best.get(cluster.pieces)
-            if found is not None and (known is None or found.score > known.found.score):
+            if found is not None and (known is None or found.worth > known.found.worth):
                 best[cluster.pieces] = Fit(name, self._shapes[name], cluster, found)
         return [fit for fit in best.values() if self._convinces(scene, name, fit.found)]
 

@@ -40,8 +40,16 @@ class Refined:
 
     @property
     def score(self) -> float:
-        """0 to 1."""
+        """How sure it is, 0 to 1; says which part a cluster is, if any."""
         return self.evidence.confidence * self.overlap
+
+    @property
+    def worth(self) -> float:
+        """Says which of several poses of one part explains its cluster best.
+
+        The tracker's likelihood; it knows nothing of what the part leaves unexplained.
+        """
+        return max(self.likelihood, 0.0) * self.overlap
 
 
 class Scorer:
