@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from importlib import import_module
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
@@ -25,7 +27,10 @@ from snapfit.tracking.parameters import (
     MotionParameters,
     TrackerParameters,
 )
+from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.tracker import Tracker
+
+_FRAME_BY_FRAME = "snapfit.tracking.detection.frame_by_frame"
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,40 @@ class Method:
     def needs_true_state(self) -> bool:
         """Whether it must be told the assembly state of each frame."""
         return self.graph is not None and self.graph.is_told
+
+
+@dataclass(frozen=True)
+class FrameByFrameMethod(Method):
+    """Finds the parts in each frame by itself, with the network in the asset's bundle.
+
+    Attributes:
+        uses_depth: whether measured depth fixes a part's distance.
+        variant: folder in the bundle that holds the network; empty for the bundle itself.
+    """
+
+    uses_depth: bool = False
+    variant: str = ""
+
+    # What the benchmark digests for this method beside what all share.
+    modules = (_FRAME_BY_FRAME,)
+
+
+class MethodTracker(Protocol):
+    """What a method gives: a `Tracker`, or what takes its place."""
+
+    names: tuple[str, ...]
+    camera: RgbdCamera
+
+    def start(
+        self, frame: Frame, camera_from_body: Mapping[str, Pose], *others: Frame | None
+    ) -> None:
+        """As `Tracker.start`."""
+
+    def set_state(self, state: str) -> None:
+        """As `Tracker.set_state`."""
+
+    def track(self, frame: Frame | None, *others: Frame | None) -> TrackingResult:
+        """As `Tracker.track`."""
 
 
 _ICG = TrackerParameters()
@@ -96,6 +135,17 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             _GBOT,
             GraphParameters(),
         ),
+        "yolov8pose": FrameByFrameMethod(
+            "YOLOv8-pose's keypoints and PnP in each frame by itself, colour alone (the paper's)"
+        ),
+        "yolov8pose-apart": FrameByFrameMethod(
+            "yolov8pose, its network trained without images of joined parts",
+            ablation_of="yolov8pose",
+            variant="without-assembled",
+        ),
+        "yolov8pose+depth": FrameByFrameMethod(
+            "yolov8pose with the distance fixed by measured depth", uses_depth=True
+        ),
         "gbot-without-graph": Method("gbot, every part by itself", _GBOT, None, "gbot"),
         "gbot-without-region-checking": Method(
             "gbot, where the edge between like parts counts as a contour",
@@ -134,7 +184,7 @@ def create_tracker(
     *,
     asset: Asset | None = None,
     rig: Sequence[RigCamera] = (),
-) -> Tracker:
+) -> MethodTracker:
     """A tracker that is ready for its first frame: models made or read, kernels compiled.
 
     Args:
@@ -149,14 +199,17 @@ def create_tracker(
     Raises:
         TrackingError: the method is unknown, or there is nothing to track.
         ViewpointModelError: a viewpoint model can neither be read nor made.
+        DetectorError: a method that needs a network finds none, or one that does not fit.
     """
     if method not in METHODS:
         known = ", ".join(METHODS)
         raise TrackingError(f"there is no method {method!r}; the methods are {known}")
+    chosen = METHODS[method]
+    if isinstance(chosen, FrameByFrameMethod):
+        return _frame_by_frame(method, chosen, parts, camera, asset)
     bodies = load_bodies(parts, progress)
     if progress is not None:
         progress("compiling the tracker's kernels", 0.0)
-    chosen = METHODS[method]
     make = partial(
         Tracker, bodies, camera, chosen.parameters, asset=asset, graph=chosen.graph, rig=rig
     )
@@ -164,6 +217,23 @@ def create_tracker(
     if progress is not None:
         progress("compiling the tracker's kernels", 1.0)
     return make()
+
+
+def _frame_by_frame(
+    name: str,
+    method: FrameByFrameMethod,
+    parts: Sequence[Part],
+    camera: RgbdCamera,
+    asset: Asset | None,
+) -> MethodTracker:
+    if asset is None:
+        raise TrackingError(f"{name} needs the network in an asset's bundle: name an asset")
+    # By its name, so that trackers load no inference, and their runs stand when it changes.
+    module = import_module(_FRAME_BY_FRAME)
+    made: MethodTracker = module.open_frame_by_frame(
+        asset.directory / method.variant, parts, camera, uses_depth=method.uses_depth
+    )
+    return made
 
 
 def warm_up(tracker: Tracker) -> None:

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 
 from snapfit.tracking.errors import FrameError, SourceError
 from snapfit.tracking.frame import Frame
+from snapfit.tracking.methods import MethodTracker
 from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.sources.bad_frames import BadFrames
 from snapfit.tracking.sources.base import Source
-from snapfit.tracking.tracker import Tracker
 
 
 def track_source(
-    source: Source, tracker: Tracker, bad_frames: BadFrames
+    source: Source, tracker: MethodTracker, bad_frames: BadFrames
 ) -> Iterator[tuple[Frame, TrackingResult]]:
     """Tracks from the source's initial poses on; the first good frame is tracked too.
 

@@ -16,12 +16,11 @@ from rich.table import Table
 from snapfit.server.cli.video import VideoFile
 from snapfit.tracking.errors import FrameError, SourceError
 from snapfit.tracking.evaluation import LEAST_VISIBILITY, PartEvaluation
-from snapfit.tracking.methods import create_tracker
+from snapfit.tracking.methods import MethodTracker, create_tracker
 from snapfit.tracking.offline import result_lines, track_source
 from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.sources import RecordedSource, open_source
 from snapfit.tracking.sources.bad_frames import BadFrames
-from snapfit.tracking.tracker import Tracker
 
 
 def run(
@@ -51,7 +50,7 @@ def run(
 
 def _track(
     source: RecordedSource,
-    tracker: Tracker,
+    tracker: MethodTracker,
     bad_frames: BadFrames,
     lines: TextIO | None,
     film: VideoFile | None,
@@ -73,7 +72,7 @@ def _track(
     return list(evaluations.values()), times_ms
 
 
-def _make_tracker(method: str, source: RecordedSource, progress: Progress) -> Tracker:
+def _make_tracker(method: str, source: RecordedSource, progress: Progress) -> MethodTracker:
     task = progress.add_task("preparing", total=1.0)
 
     def show(message: str, share: float) -> None:

@@ -20,10 +20,9 @@ from snapfit.tracking.assembly.estimate import Misassembly
 from snapfit.tracking.benchmark.roster import check_methods
 from snapfit.tracking.benchmark.sequences import SequenceFolder, open_sequence
 from snapfit.tracking.errors import TrackingError
-from snapfit.tracking.methods import METHODS, create_tracker
+from snapfit.tracking.methods import METHODS, MethodTracker, create_tracker
 from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.sources.images import read_frame
-from snapfit.tracking.tracker import Tracker
 
 FOUND_FRAMES = 45
 _SETTLED_FRAMES = 15
@@ -125,7 +124,7 @@ def judge_mistake(folder: MistakeFolder, method: str, progress: Progress | None 
     return _judged(folder, method, mistake, recording, results)
 
 
-def _tracked(tracker: Tracker, recording: Recording, state: str) -> Iterator[TrackingResult]:
+def _tracked(tracker: MethodTracker, recording: Recording, state: str) -> Iterator[TrackingResult]:
     for number, files in enumerate(recording.frames):
         captured_ns = round(number * 1e9 / recording.frame_rate_hz)
         frame = read_frame(files, recording.camera, captured_ns)

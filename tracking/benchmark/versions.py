@@ -28,6 +28,8 @@ def code_version(method: str) -> str:
     to it leaves the others' runs as they are.
     """
     sha = hashlib.sha256(_shared_version(_ROOTS).encode())
+    for module in getattr(entry(method), "modules", ()):
+        sha.update(_module_version(module).encode())
     own = {name: value for name, value in vars(entry(method)).items() if name not in _WORDS}
     sha.update(re.sub(r" at 0x[0-9a-f]+", "", repr(own)).encode())
     return sha.hexdigest()[:16]
@@ -35,7 +37,11 @@ def code_version(method: str) -> str:
 
 def imported_files(roots: tuple[str, ...] = _ROOTS) -> set[Path]:
     """Our files that these modules of the benchmark import, directly or not."""
-    waiting = [Path(__file__).with_name(f"{name}.py") for name in roots]
+    return _reached([Path(__file__).with_name(f"{name}.py") for name in roots])
+
+
+def _reached(waiting: list[Path]) -> set[Path]:
+    """These files and all of ours that they import, directly or not."""
     found: set[Path] = set()
     while waiting:
         path = waiting.pop()
@@ -64,6 +70,15 @@ def data_version(recording: Recording) -> str:
         for part in recording.parts:
             sha.update(truth.camera_from_body[part.name].matrix.tobytes())
     return sha.hexdigest()[:16]
+
+
+@lru_cache
+def _module_version(module: str) -> str:
+    """A digest of a module that one method alone loads, and of all that it imports."""
+    sha = hashlib.sha256()
+    for path in sorted(_reached([_HOUSE.joinpath(*module.split(".")[1:]).with_suffix(".py")])):
+        sha.update(f"{path.relative_to(_HOUSE)}{_code_of(path)}".encode())
+    return sha.hexdigest()
 
 
 @lru_cache

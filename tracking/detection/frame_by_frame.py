@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
+from snapfit.models.asset import Part
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.detection.detector import Detection, Detector
+from snapfit.tracking.detection.parameters import DetectorParameters, RangeParameters
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.frame import Frame, fitting_frames
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
@@ -69,6 +72,26 @@ class FrameByFrame:
         parts = tuple(_estimate(name, found.get(name)) for name in self.names)
         duration_ms = 1e3 * (time.perf_counter() - begin)
         return TrackingResult(shown.name, shown.captured_at_ns, parts, duration_ms)
+
+
+def open_frame_by_frame(
+    folder: Path, parts: Sequence[Part], camera: RgbdCamera, *, uses_depth: bool
+) -> FrameByFrame:
+    """The method with the network in a folder.
+
+    Args:
+        folder: that holds `detector.onnx` and `detector.json`.
+        parts: that are to be found.
+        camera: where the frames come from.
+        uses_depth: whether measured depth fixes a part's distance.
+
+    Raises:
+        DetectorError: a file is missing, damaged, or does not fit the other.
+        TrackingError: the network knows none of the parts, or ONNX Runtime cannot be used.
+    """
+    parameters = DetectorParameters(range=RangeParameters() if uses_depth else None)
+    detector = Detector(folder, parts, camera, parameters)
+    return FrameByFrame(tuple(part.name for part in parts), camera, detector)
 
 
 def _estimate(name: str, found: Detection | None) -> PartEstimate:
