@@ -39,35 +39,6 @@ def decode_mask(text: str, height: int, width: int) -> npt.NDArray[np.bool_]:
     return np.repeat(values, counts).reshape(width, height).T
 
 
-def run_ends(text: str) -> npt.NDArray[np.int64]:
-    """Where the runs end, counted down the columns: nothing, mask, nothing, and so on.
-
-    Enough to look single pixels up without decoding the mask: see `is_in_mask`.
-
-    Raises:
-        ValueError: the text is damaged.
-    """
-    return np.cumsum(_counts(text))
-
-
-def is_in_mask(
-    ends: npt.NDArray[np.int64],
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    height: int,
-) -> npt.NDArray[np.bool_]:
-    """(N,) whether pixels inside the image belong to a mask.
-
-    Args:
-        ends: of the mask's runs.
-        rows: (N,).
-        columns: (N,).
-        height: of the mask, px.
-    """
-    runs = np.searchsorted(ends, columns * height + rows, side="right")
-    return np.asarray(runs % 2 == 1)
-
-
 def _text(counts: npt.NDArray[np.int64]) -> str:
     written = counts.tolist()
     letters = []

@@ -110,7 +110,5 @@ def collated(samples: list[Sample]) -> tuple[Tensor, ...]:
         classes[i, here], boxes[i, here] = sample.classes, sample.boxes
         keypoints[i, here], ignored[i, here] = sample.keypoints, sample.is_ignored
     pictures = np.stack([sample.picture[:, :, ::-1].transpose(2, 0, 1) for sample in samples])
-    surface = np.stack([sample.surface for sample in samples])
-    places = np.stack([sample.places for sample in samples])
-    pieces = pictures, classes, boxes, keypoints, ignored, surface, places
+    pieces = pictures, classes, boxes, keypoints, ignored
     return tuple(torch.from_numpy(np.ascontiguousarray(each)) for each in pieces)

@@ -18,19 +18,17 @@ from snapfit.models.detector.targets import Targets
 _NEGATIVE_WEIGHT, _NEGATIVE_FOCUS = 0.75, 2.0
 # Keeps the slope of a distance finite where it is zero; share of the part's size.
 _SMOOTHING = 1e-3
-_SHOWN_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class LossWeights:
-    """The weights of the losses, as the paper has them; `surface` is ours."""
+    """The weights of the losses, as the paper has them."""
 
     classes: float = 0.5
     box: float = 7.5
     distribution: float = 1.5
     keypoints: float = 12.0
     presence: float = 1.0
-    surface: float = 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +41,6 @@ class Losses:
         distribution: distribution focal loss of the box's sides.
         keypoints: mean distance of the keypoints, in sizes of the part (L2).
         presence: cross entropy of whether a keypoint is in the image.
-        surface: what each cell shows, and where on the part.
     """
 
     classes: Tensor
@@ -51,7 +48,6 @@ class Losses:
     distribution: Tensor
     keypoints: Tensor
     presence: Tensor
-    surface: Tensor
 
     @property
     def total(self) -> Tensor:
@@ -89,7 +85,6 @@ def losses(raw: RawOutput, targets: Targets, weights: LossWeights | None = None)
         distribution=weights.distribution * (sides * quality).sum() / count,
         keypoints=weights.keypoints * (distance * quality).sum() / count,
         presence=weights.presence * (presence * quality).sum() / count,
-        surface=weights.surface * _surface_loss(raw, targets),
     )
 
 
@@ -151,19 +146,3 @@ def _keypoint_losses(
     logits = raw.keypoints[image, anchor][..., 2].float()
     presence = functional.binary_cross_entropy_with_logits(logits, is_present, reduction="none")
     return mean, presence.mean(-1)
-
-
-def _surface_loss(raw: RawOutput, targets: Targets) -> Tensor:
-    """Mean distance on the part (L1, in its radius) and cross entropy of what cells show."""
-    if raw.surface is None:
-        return raw.classes.new_zeros((), dtype=torch.float32)
-    said = raw.surface.float()
-    image, row, column = torch.nonzero(targets.surface >= 0, as_tuple=True)
-    number = targets.surface[image, row, column]
-    count = max(len(image), 1)
-    wanted = torch.zeros_like(said[:, :, 0])
-    wanted[image, number, row, column] = 1.0
-    shown = functional.binary_cross_entropy_with_logits(said[:, :, 0], wanted, reduction="sum")
-    places = said[image, number, 1:, row, column]
-    distance = (places - targets.places[image, row, column]).abs().mean(-1).sum()
-    return (distance + _SHOWN_SHARE * shown) / count

@@ -27,8 +27,6 @@ class RawOutput:
         classes: (B, A, C) logits.
         keypoints: (B, A, K, 3) offsets from the anchor (`KEYPOINT_GAIN` strides), and the logit of
             their being in the image.
-        surface: (B, C, 4, h, w) for each class and cell of 8 pixels: the logit of showing it, and
-            the place on it; None outside of the training.
         anchors: (A, 2) their places, px of the input, the image's left edge is 0.
         strides: (A,) px.
     """
@@ -36,7 +34,6 @@ class RawOutput:
     sides: Tensor
     classes: Tensor
     keypoints: Tensor
-    surface: Tensor | None
     anchors: Tensor
     strides: Tensor
 
@@ -84,7 +81,6 @@ class PoseNetwork(nn.Module):
         self.box_heads = _heads(c[2:], size.box_channels, 4 * N_BINS)
         self.class_heads = _heads(c[2:], size.class_channels, n_classes)
         self.keypoint_heads = _heads(c[2:], size.keypoint_channels, 3 * n_keypoints)
-        self.surface_head = nn.Conv2d(c[2], 4 * n_classes, 1)
         self._set_priors()
 
     def forward(self, images: Tensor) -> RawOutput:
@@ -99,7 +95,6 @@ class PoseNetwork(nn.Module):
             sides=sides.unflatten(-1, (4, N_BINS)),
             classes=classes,
             keypoints=keypoints.unflatten(-1, (self.n_keypoints, 3)),
-            surface=self.surface_head(levels[0]).unflatten(1, (-1, 4)) if self.training else None,
             anchors=anchors,
             strides=strides,
         )

@@ -24,7 +24,7 @@ class Recipe:
         steps: batches to train on.
         minutes: end after so much time at the latest, and let the learning rate fall by then;
             0 for no limit.
-        batch: images in each.
+        batch: views in each.
         learning_rate: at its highest.
         weight_decay: of weights; none of biases and normalisation.
         warm_up: share of the training in which the learning rate rises.
@@ -43,9 +43,9 @@ class Recipe:
     views: ViewParameters = field(default_factory=ViewParameters)
     input_height_px: int = 384
     input_width_px: int = 640
-    steps: int = 3000
+    steps: int = 8000
     minutes: float = 0.0
-    batch: int = 16
+    batch: int = 8
     learning_rate: float = 2e-3
     weight_decay: float = 0.05
     warm_up: float = 0.05

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.detector.shapes import PartShape
-from snapfit.models.detector.surface_map import surface_map
 from snapfit.models.detector.views import (
     View,
     ViewParameters,
@@ -38,8 +37,6 @@ class Sample:
         boxes: (N, 4) float32 left, top, right, bottom, px.
         keypoints: (N, K, 3) float32 x, y (px) and 1 where inside, else 0.
         is_ignored: (N,) seen too little to be asked for.
-        surface: (H / 8, W / 8) int64 class that each cell shows, -1 for none.
-        places: (H / 8, W / 8, 3) float32 where on the part; see `surface_map`.
     """
 
     picture: npt.NDArray[np.uint8]
@@ -47,8 +44,6 @@ class Sample:
     boxes: npt.NDArray[np.float32]
     keypoints: npt.NDArray[np.float32]
     is_ignored: npt.NDArray[np.bool_]
-    surface: npt.NDArray[np.int64]
-    places: npt.NDArray[np.float32]
 
 
 def training_sample(
@@ -123,22 +118,18 @@ def _beside(tiles: Sequence[Sample], rows: int, columns: int) -> Sample:
     height, width = tiles[0].picture.shape[:2]
     shifts = [(width * (i % columns), height * (i // columns)) for i in range(len(tiles))]
 
-    def laid(arrays: Sequence[npt.NDArray[np.generic]]) -> npt.NDArray[np.generic]:
-        lines = [np.concatenate(arrays[r * columns : (r + 1) * columns], 1) for r in range(rows)]
-        return np.concatenate(lines, 0)
-
+    pictures = [each.picture for each in tiles]
+    lines = [np.concatenate(pictures[r * columns : (r + 1) * columns], 1) for r in range(rows)]
     boxes = [each.boxes + np.array([*at, *at], np.float32) for each, at in _with(tiles, shifts)]
     keypoints = [
         each.keypoints + np.array([*at, 0], np.float32) for each, at in _with(tiles, shifts)
     ]
     return Sample(
-        picture=np.asarray(laid([each.picture for each in tiles]), dtype=np.uint8),
+        picture=np.concatenate(lines, 0),
         classes=np.concatenate([each.classes for each in tiles]),
         boxes=np.concatenate(boxes),
         keypoints=np.concatenate(keypoints),
         is_ignored=np.concatenate([each.is_ignored for each in tiles]),
-        surface=np.asarray(laid([each.surface for each in tiles]), dtype=np.int64),
-        places=np.asarray(laid([each.places for each in tiles]), dtype=np.float32),
     )
 
 
@@ -151,13 +142,10 @@ def _with(
 def _labelled(
     picture: npt.NDArray[np.uint8], view: View, labels: Labels, shapes: Mapping[str, PartShape]
 ) -> Sample:
-    found, seen = [], []
-    unrolled = view.unrolled
+    found = []
     for each in labels.instances:
         shape = shapes[each.part]
-        rolled_pose = _pose_in(view, each.camera_from_body, shape.symmetry)
-        # Pixels of the image are those of the camera as it was.
-        pose = unrolled @ rolled_pose
+        pose = _pose_in(view, each.camera_from_body, shape.symmetry)
         outline = view.places(labels.camera.project(pose.transform(shape.hull_m)))
         keypoints = view.places(labels.camera.project(pose.transform(shape.keypoints_m)))
         whole = np.concatenate([outline.min(axis=0), outline.max(axis=0)])
@@ -166,25 +154,22 @@ def _labelled(
         if inside > 0:
             ignored = not _is_seen(each) or inside < _LEAST_INSIDE
             found.append((shape.number, box, _with_presence(keypoints, view), ignored))
-            seen.append((each, shape, rolled_pose))
     n_keypoints = max((len(shape.keypoints_m) for shape in shapes.values()), default=0)
-    surface, places = surface_map(view, labels.camera, seen)
     return Sample(
         picture=picture,
         classes=np.array([each[0] for each in found], dtype=np.int64),
         boxes=np.array([each[1] for each in found], dtype=np.float32).reshape(-1, 4),
         keypoints=np.array([each[2] for each in found], np.float32).reshape(-1, n_keypoints, 3),
         is_ignored=np.array([each[3] for each in found], dtype=np.bool_),
-        surface=surface,
-        places=places,
     )
 
 
 def _pose_in(view: View, camera_from_body: Pose, symmetry: Symmetry) -> Pose:
-    """The canonical pose in the camera as it is rolled."""
-    if view.roll_rad == 0:
+    """In the frame of the camera as it was: the pose that is canonical in the rolled camera."""
+    if symmetry.is_none or view.roll_rad == 0:
         return camera_from_body
-    return canonical_pose(view.unrolled.inverse() @ camera_from_body, symmetry)
+    rolled = canonical_pose(view.unrolled.inverse() @ camera_from_body, symmetry)
+    return view.unrolled @ rolled
 
 
 def _with_presence(places: Array, view: View) -> Array:

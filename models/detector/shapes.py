@@ -7,12 +7,9 @@ from dataclasses import dataclass
 
 from snapfit.models.asset import Asset
 from snapfit.models.errors import DatasetError
-from snapfit.models.mesh import Mesh, simplified
 from snapfit.models.pose import Array
 from snapfit.models.symmetry import Symmetry
 from snapfit.models.train_reader import TrainClass
-
-_COARSE_FACES = 800
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +21,12 @@ class PartShape:
         keypoints_m: (K, 3) body frame, m.
         hull_m: (N, 3) corners of its convex hull, body frame, m.
         symmetry: of the part.
-        coarse: its mesh, simplified.
     """
 
     number: int
     keypoints_m: Array
     hull_m: Array
     symmetry: Symmetry
-    coarse: Mesh
 
 
 def part_shapes(asset: Asset, classes: Sequence[TrainClass]) -> dict[str, PartShape]:
@@ -47,8 +42,7 @@ def part_shapes(asset: Asset, classes: Sequence[TrainClass]) -> dict[str, PartSh
             problem = f"has no part {each.part!r}, but the training set has: render it again"
             raise DatasetError(asset.directory, problem)
         part = parts[each.part]
-        coarse = simplified(part.mesh, _COARSE_FACES)
         shapes[each.part] = PartShape(
-            number, each.keypoints_m, part.mesh.hull_points, part.symmetry, coarse
+            number, each.keypoints_m, part.mesh.hull_points, part.symmetry
         )
     return shapes

@@ -16,8 +16,6 @@ class Targets:
         classes: (B, M) int64; -1 where there is none.
         boxes: (B, M, 4) left, top, right, bottom, px of the input.
         keypoints: (B, M, K, 3) x, y (px) and 1 where it is in the image, else 0.
-        surface: (B, h, w) int64 class that each cell of 8 pixels shows; -1 for none.
-        places: (B, h, w, 3) where on the part; see `surface_map`.
         is_ignored: (B, M) whether the part is seen too little to be asked for; finding it
             nevertheless is no mistake.
     """
@@ -26,8 +24,6 @@ class Targets:
     boxes: Tensor
     keypoints: Tensor
     is_ignored: Tensor
-    surface: Tensor
-    places: Tensor
 
     @property
     def is_wanted(self) -> Tensor:

@@ -17,7 +17,6 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from snapfit.models.camera import PinholeCamera
 from snapfit.models.pose import Array, Pose
 
 PADDING = 114
@@ -82,14 +81,6 @@ class View:
         size, border = (self.width, self.height), (PADDING, PADDING, PADDING)
         warped = cv2.warpAffine(image, matrix, size, flags=cv2.INTER_LINEAR, borderValue=border)
         return np.asarray(warped, dtype=np.uint8)
-
-    def camera(self, camera: PinholeCamera) -> PinholeCamera:
-        """What takes the view: the image's camera, rolled, with other intrinsics."""
-        scale = float(np.sqrt(np.linalg.det(self.matrix[:, :2])))
-        u, v = self.places(np.array([camera.cx, camera.cy])) - 0.5
-        return PinholeCamera(
-            self.width, self.height, scale * camera.fx, scale * camera.fy, float(u), float(v)
-        )
 
     @property
     def unrolled(self) -> Pose:

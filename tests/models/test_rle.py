@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snapfit.models.rle import decode_mask, encode_mask, is_in_mask, run_ends
+from snapfit.models.rle import decode_mask, encode_mask
 
 
 def test_any_mask_comes_back():
@@ -31,16 +31,3 @@ def test_the_text_is_that_of_the_format():
 def test_damage_is_told(text):
     with pytest.raises(ValueError, match="run lengths"):
         decode_mask(text, 10, 8)
-
-
-def test_single_pixels_are_looked_up_without_decoding():
-    rng = np.random.default_rng(4)
-    for _ in range(10):
-        mask = np.zeros((37, 53), dtype=bool)
-        top, left = rng.integers(0, 30, 2)
-        mask[top : top + 20, left : left + 25] = (
-            rng.random(mask[top : top + 20, left : left + 25].shape) < 0.7
-        )
-        rows, columns = np.indices(mask.shape).reshape(2, -1)
-        found = is_in_mask(run_ends(encode_mask(mask)), rows, columns, 37)
-        np.testing.assert_array_equal(found.reshape(mask.shape), mask)

@@ -28,9 +28,7 @@ def targets(boxes, classes, ignored=None):
     keypoints = torch.cat([points, torch.ones_like(points[..., :1])], dim=-1)
     classes = torch.tensor(classes)[None]
     ignored = torch.tensor(ignored or [False] * classes.shape[1])[None]
-    surface = torch.full((1, ROWS, COLUMNS), -1)
-    places = torch.zeros(1, ROWS, COLUMNS, 3)
-    return Targets(classes, boxes, keypoints, ignored, surface, places)
+    return Targets(classes, boxes, keypoints, ignored)
 
 
 def perfect(wanted, sure=8.0):
@@ -55,9 +53,7 @@ def perfect(wanted, sure=8.0):
         reach = KEYPOINT_GAIN * strides[:, None, None]
         keypoints[0, inside, :, :2] = (offsets / reach)[inside]
         keypoints[0, inside, :, 2] = sure
-    surface = torch.zeros(1, N_CLASSES, 4, ROWS, COLUMNS)
-    surface[:, :, 0] = -sure
-    return RawOutput(sides, classes, keypoints, surface, anchors, strides)
+    return RawOutput(sides, classes, keypoints, anchors, strides)
 
 
 def sure_of_few(wanted):
@@ -180,29 +176,3 @@ def test_an_image_without_parts_teaches_that_there_are_none():
     found = losses(raw, targets([[0.0, 0.0, 0.0, 0.0]], [-1])).values()
     assert found["classes"] > 1
     assert all(found[name] == 0 for name in ("box", "distribution", "keypoints", "presence"))
-
-
-def test_places_on_the_surface_are_asked_for_where_a_part_is_seen():
-    wanted = targets(BOXES, [0, 2])
-    wanted.surface[0, 2:4, 3] = 2
-    wanted.places[0, 2:4, 3] = torch.tensor([0.5, -0.25, 0.75])
-    raw = sure_of_few(wanted)
-    raw.surface[0, 2, 0, 2:4, 3] = 8.0
-    raw.surface[0, 2, 1:, 2:4, 3] = torch.tensor([0.5, -0.25, 0.75])[:, None]
-    assert losses(raw, wanted).values()["surface"] < 0.2
-    raw.surface[0, 2, 1, 2:4, 3] += 0.3
-    moved = losses(raw, wanted).values()["surface"]
-    assert moved == pytest.approx(6 * 0.1, abs=0.2)
-    # Elsewhere, and of other parts, the place is not asked for.
-    raw.surface[0, 1, 1:] = 50.0
-    raw.surface[0, 2, 1:, 8:] = 50.0
-    assert losses(raw, wanted).values()["surface"] == pytest.approx(moved)
-    raw.surface[0, 1, 0, 8, 8] = 8.0
-    assert losses(raw, wanted).values()["surface"] > moved + 0.5
-
-
-def test_out_of_training_there_is_no_surface_to_judge():
-    wanted = targets(BOXES, [0, 2])
-    raw = sure_of_few(wanted)
-    without = RawOutput(raw.sides, raw.classes, raw.keypoints, None, raw.anchors, raw.strides)
-    assert losses(without, wanted).values()["surface"] == 0

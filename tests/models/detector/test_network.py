@@ -31,8 +31,6 @@ def small_network(n_classes=3, n_keypoints=5):
 def test_the_public_size_has_as_many_parameters_as_the_public_network():
     """YOLOv8n-pose: 3,295,470, of which 16 are the fixed bins of the distribution."""
     network = PoseNetwork(YOLOV8N, 1, 17)
-    # A head for the training alone, which the public one has not.
-    del network.surface_head
     assert sum(each.numel() for each in network.parameters()) == 3_295_470 - 16
     assert YOLOV8N.channels == (16, 32, 64, 128, 256)
     assert YOLOV8N.repeats == (1, 2, 2, 1)

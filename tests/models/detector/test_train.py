@@ -173,8 +173,8 @@ def test_weights_of_another_asset_are_taken_over_where_they_fit(tmp_path):
     mine = Trainer(Recipe(size=SMALL, seed=7), 5, 17, PLACE)
     taken = mine.begin_from(tmp_path / "a.pt")
     state = given.averaged.state_dict()
-    # All but the layers that tell classes apart: three heads and the surface, weight and bias.
-    assert taken == len(state) - 2 * 4
+    # All but the layers that tell classes apart: one in each of three heads, weight and bias.
+    assert taken == len(state) - 2 * 3
     assert torch.equal(mine.network.stem[0].conv.weight, given.averaged.stem[0].conv.weight)
     assert mine.network.class_heads[0][-1].weight.shape[0] == 5
     wider = Trainer(Recipe(size=NetworkSize(width=0.3, keypoint_channels=33)), 3, 9, PLACE)
@@ -247,15 +247,13 @@ def test_batches_are_the_same_wherever_a_run_goes_on(images, asset):
 def test_a_batch_is_filled_up(images, asset):
     shapes = part_shapes(asset, images.classes)
     few = [whole_sample(each, shapes, RECIPE.whole) for each in list(images)[:6]]
-    pictures, classes, boxes, keypoints, ignored, surface, places = collated(few)
+    pictures, classes, boxes, keypoints, ignored = collated(few)
     assert pictures.shape == (6, 3, 160, 288)
     most = max(len(each.classes) for each in few)
     assert classes.shape == (6, most)
     assert boxes.shape == (6, most, 4)
     assert keypoints.shape == (6, most, 17, 3)
     assert ignored.shape == (6, most)
-    assert surface.shape == (6, 20, 36)
-    assert places.shape == (6, 20, 36, 3)
     for i, each in enumerate(few):
         assert (classes[i] >= 0).sum() == len(each.classes)
         # Red first.
