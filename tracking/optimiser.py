@@ -179,17 +179,16 @@ class Optimiser:
         """What of the frames agrees with a body's pose, after `weigh`."""
         return seen_together([view.evidence(body) for view in self._seeing])
 
-    def covariance(self, body: int) -> npt.NDArray[np.float64]:
-        """(6, 6) inverse of a body's own regularised Hessian: rotation (rad), translation (m).
+    def inverse_hessians(self) -> npt.NDArray[np.float64]:
+        """(B, 6, 6) inverses of the bodies' own regularised Hessians: rotation (rad), way (m).
 
-        It compares poses of one frame; how wrong a pose can be, `covariances` say.
+        They compare poses of one frame; how wrong a pose can be, `covariances` say.
         """
-        lower = np.tril(self._bodies.hessians[body])
-        hessian = lower + np.tril(lower, -1).T
-        hessian[range(3), range(3)] += self._tikhonov[0]
-        hessian[range(3, 6), range(3, 6)] += self._tikhonov[1]
-        covariance: npt.NDArray[np.float64] = np.linalg.inv(hessian)
-        return covariance
+        lower = np.tril(self._bodies.hessians)
+        hessians = lower + np.tril(lower, -1).transpose(0, 2, 1)
+        hessians[:, range(6), range(6)] += np.repeat(self._tikhonov, 3)
+        inverses: npt.NDArray[np.float64] = np.linalg.inv(hessians)
+        return inverses
 
     def covariances(self) -> npt.NDArray[np.float64]:
         """(B, 6, 6) of all bodies' right perturbations, with their links and systematic errors.

@@ -274,6 +274,7 @@ class Tracker:
         optimiser = self._optimiser
         evidence = [self._evidence(body, frame) for body in range(len(self.names))]
         believed = [self._judge.is_believed(body, each) for body, each in enumerate(evidence)]
+        inverses = optimiser.inverse_hessians()
         estimates = []
         for body in range(len(self.names)):
             members = [int(member) for member in optimiser.structures.members(body)]
@@ -284,7 +285,9 @@ class Tracker:
                 if not any(believed[m] for m in members):
                     # Nobody of the module is seen well: it stays where it was expected.
                     optimiser.move(body, Pose(predicted[body]))
-            estimates.append(self._estimate(body, evidence[body], carrier, predicted[body]))
+            estimates.append(
+                self._estimate(body, evidence[body], carrier, predicted[body], inverses[body])
+            )
         return tuple(estimates)
 
     def _evidence(self, body: int, frame: Frame | None) -> Evidence:
@@ -303,6 +306,7 @@ class Tracker:
         evidence: Evidence,
         carrier: Evidence | None,
         predicted: npt.NDArray[np.float64],
+        inverse_hessian: npt.NDArray[np.float64],
     ) -> PartEstimate:
         """What can be said of a body after a frame."""
         name, optimiser = self.names[body], self._optimiser
@@ -328,7 +332,7 @@ class Tracker:
             status,
             confidence,
             optimiser.pose(body),
-            optimiser.covariance(body),
+            inverse_hessian,
             evidence.visibility,
             self._graph.parent_of(name) if self._graph is not None else None,
         )
