@@ -185,10 +185,9 @@ class Optimiser:
         They compare poses of one frame; how wrong a pose can be, `covariances` say.
         """
         lower = np.tril(self._bodies.hessians)
-        hessians = lower + np.tril(lower, -1).transpose(0, 2, 1)
+        hessians = lower + np.tril(lower, -1).swapaxes(1, 2)
         hessians[:, range(6), range(6)] += np.repeat(self._tikhonov, 3)
-        inverses: npt.NDArray[np.float64] = np.linalg.inv(hessians)
-        return inverses
+        return np.linalg.inv(hessians).astype(np.float64, copy=False)
 
     def covariances(self) -> npt.NDArray[np.float64]:
         """(B, 6, 6) of all bodies' right perturbations, with their links and systematic errors.
