@@ -14,7 +14,7 @@ from snapfit.tracking.sources.base import Source
 
 
 def track_source(
-    source: Source, tracker: MethodTracker, bad_frames: BadFrames
+    source: Source, tracker: MethodTracker, bad_frames: BadFrames, *, finds_parts: bool = False
 ) -> Iterator[tuple[Frame, TrackingResult]]:
     """Tracks from the source's initial poses on; the first good frame is tracked too.
 
@@ -22,22 +22,24 @@ def track_source(
         source: read to its end; not closed.
         tracker: for the source's parts and camera.
         bad_frames: is told of frames that are skipped.
+        finds_parts: the tracker finds its parts by itself; the source's initial poses are not used.
 
     Raises:
         SourceError: the source declares no initial pose, or has no frame that can be used.
     """
-    if not source.initial_poses:
-        raise SourceError(f"{source.name}: no part has an initial pose to start from: add them")
+    if not source.initial_poses and not finds_parts:
+        problem = "no part has an initial pose to start from: add them, or choose a detector"
+        raise SourceError(f"{source.name}: {problem}")
     started = False
     while True:
         try:
             frame = source.read()
             if frame is None:
                 break
-            if not started:
+            if not started and not finds_parts:
                 tracker.start(frame, source.initial_poses)
-                started = True
             result = tracker.track(frame)
+            started = True
         except FrameError as error:
             bad_frames.add(error)
             continue

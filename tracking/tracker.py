@@ -186,6 +186,11 @@ class Tracker:
             first.name, first.captured_at_ns, published, duration_ms, state, assembly, left_out
         )
 
+    @property
+    def looks_for_parts(self) -> bool:
+        """Whether it looks for parts that it lost, and can try poses out."""
+        return self._recovery is not None
+
     def propose(self, camera_from_body: Mapping[str, Sequence[Pose]]) -> None:
         """Let poses be tried out in the next frame, beside those that are followed.
 

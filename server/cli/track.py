@@ -19,6 +19,13 @@ def track(
         typer.Option(help="Bundled asset, or its folder, in place of the recording's parts."),
     ] = None,
     method: Annotated[str, typer.Option(help="Tracking method.")] = "icg",
+    detector: Annotated[
+        str | None,
+        typer.Option(
+            help="Finds the parts in place of the recording's first poses, and again where they "
+            "are lost: geometric (their shape in the depth image) or network (the asset's own)."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Write a line of JSON for each frame and part.")
     ] = None,
@@ -31,4 +38,4 @@ def track(
         # The tracker's libraries take seconds to load, and --help needs none of them.
         from snapfit.server.cli.track_run import run
 
-        run(sequence, asset=asset, method=method, out=out, video=video)
+        run(sequence, asset=asset, method=method, detector=detector, out=out, video=video)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TextIO
@@ -16,15 +16,24 @@ from rich.table import Table
 from snapfit.server.cli.video import VideoFile
 from snapfit.tracking.errors import FrameError, SourceError
 from snapfit.tracking.evaluation import LEAST_VISIBILITY, PartEvaluation
+from snapfit.tracking.finding.create import create_offline
+from snapfit.tracking.frame import Frame
 from snapfit.tracking.methods import MethodTracker, create_tracker
 from snapfit.tracking.offline import result_lines, track_source
 from snapfit.tracking.overlay import draw_overlay
+from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.sources import RecordedSource, open_source
 from snapfit.tracking.sources.bad_frames import BadFrames
 
 
 def run(
-    sequence: Path, *, asset: str | None, method: str, out: Path | None, video: Path | None
+    sequence: Path,
+    *,
+    asset: str | None,
+    method: str,
+    detector: str | None,
+    out: Path | None,
+    video: Path | None,
 ) -> None:
     """Tracks one recording from its first frame to its last.
 
@@ -42,15 +51,16 @@ def run(
             film = stack.enter_context(closing(VideoFile(video, source.frame_rate_hz, size_px)))
         progress = stack.enter_context(_progress(console))
         bad_frames = BadFrames(lambda error: _tell(progress.console, error))
-        tracker = _make_tracker(method, source, progress)
-        evaluations, times_ms = _track(source, tracker, bad_frames, lines, film, progress)
+        tracker = _make_tracker(method, detector, source, progress)
+        tracked = track_source(source, tracker, bad_frames, finds_parts=detector is not None)
+        evaluations, times_ms = _track(source, tracked, bad_frames, lines, film, progress)
     console.print(_summary(evaluations))
     console.print(_closing_line(len(times_ms), bad_frames.count, times_ms, evaluations))
 
 
 def _track(
     source: RecordedSource,
-    tracker: MethodTracker,
+    tracked: Iterable[tuple[Frame, TrackingResult]],
     bad_frames: BadFrames,
     lines: TextIO | None,
     film: VideoFile | None,
@@ -59,7 +69,7 @@ def _track(
     evaluations = {part.name: PartEvaluation(part) for part in source.parts}
     times_ms = []
     task = progress.add_task("tracking", total=len(source.recording.frames))
-    for frame, result in track_source(source, tracker, bad_frames):
+    for frame, result in tracked:
         times_ms.append(result.duration_ms)
         truth = source.truth.get(frame.name)
         for estimate in result.parts:
@@ -72,13 +82,25 @@ def _track(
     return list(evaluations.values()), times_ms
 
 
-def _make_tracker(method: str, source: RecordedSource, progress: Progress) -> MethodTracker:
+def _make_tracker(
+    method: str, detector: str | None, source: RecordedSource, progress: Progress
+) -> MethodTracker:
     task = progress.add_task("preparing", total=1.0)
 
     def show(message: str, share: float) -> None:
         progress.update(task, description=message, completed=share)
 
-    tracker = create_tracker(method, source.parts, source.camera, show, asset=source.asset)
+    camera = source.camera
+    tracker: MethodTracker
+    if detector is None:
+        tracker = create_tracker(method, source.parts, camera, show, asset=source.asset)
+    elif source.asset is None:
+        raise SourceError(f"{source.name}: a detector needs an asset: name it with --asset")
+    else:
+        rate_hz = source.frame_rate_hz
+        tracker = create_offline(
+            method, detector, source.parts, camera, source.asset, rate_hz, show
+        )
     progress.remove_task(task)
     return tracker
 

@@ -215,6 +215,7 @@ def test_what_cannot_be_tracked_is_one_line_and_exit_code_2(
     ("options", "problem"),
     [
         (["--asset", "no-such"], "no-such: no such folder and no bundled asset"),
+        (["--detector", "geometric"], "a detector needs an asset: name it with --asset"),
         (["--out", "nowhere/poses.jsonl"], "nowhere/poses.jsonl: cannot be written: No such file"),
         (["--video", "film.avi"], "film.avi: films are MP4: call it film.mp4"),
         (["--video", "nowhere/film.mp4"], "nowhere/film.mp4: there is no folder"),

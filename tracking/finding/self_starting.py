@@ -117,7 +117,7 @@ class SelfStartingTracker:
         for each in carried:
             if each.part not in searched and not self._is_told_already(each):
                 proposed.setdefault(each.part, []).append(each.camera_from_body)
-        if proposed:
+        if proposed and self._tracker.looks_for_parts:
             self._tracker.propose(proposed)
 
     def _carried(self, hypothesis: Hypothesis) -> Hypothesis:
