@@ -77,7 +77,9 @@ def create_offline(
     bodies = load_bodies(parts)
     finder = create_finder(detector, parts, bodies, camera, asset)
     delay_frames = max(1, round(_LATENCY_S[detector] * frame_rate_hz))
-    return SelfStartingTracker(tracker, bodies, parts, DelayedLookout(finder, delay_frames))
+    lookout = DelayedLookout(finder, delay_frames)
+    follower = Tracker(bodies, camera)
+    return SelfStartingTracker(tracker, bodies, parts, lookout, follower=follower)
 
 
 def _unknown(detector: str) -> TrackingError:

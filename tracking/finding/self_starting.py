@@ -7,6 +7,7 @@ likelihood says that this explains the frame better.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -20,6 +21,9 @@ from snapfit.tracking.finding.lookout import Found, Lookout
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.tracker import Tracker
+
+_MEANWHILE_FRAMES = 60
+"""So many frames are kept while the finder looks: 2 s, some 300 MB in 1280x720."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ class SelfStartingTracker:
         parts: in the same order.
         lookout: that looks for them; closed with `close`.
         parameters: when.
+        follower: another tracker of the same parts: it follows parts that start through the
+            frames that came while they were looked for. None: they start where they were.
     """
 
     def __init__(
@@ -63,9 +69,12 @@ class SelfStartingTracker:
         parts: Sequence[Part],
         lookout: Lookout,
         parameters: SelfStartParameters | None = None,
+        follower: Tracker | None = None,
     ) -> None:
         self.names, self.camera, self.cameras = tracker.names, tracker.camera, tracker.cameras
-        self._tracker, self._lookout = tracker, lookout
+        self._tracker, self._lookout, self._follower = tracker, lookout, follower
+        self._meanwhile: deque[Frame] = deque(maxlen=_MEANWHILE_FRAMES)
+        self._looked_at: Frame | None = None
         self._parameters = parameters or SelfStartParameters()
         self._symmetries: dict[str, Symmetry] = {part.name: part.symmetry for part in parts}
         self._assignment = Assignment(bodies)
@@ -97,6 +106,7 @@ class SelfStartingTracker:
         result = self._tracker.track(frame, *others)
         self._take_in(result)
         if frame is not None:
+            self._meanwhile.append(frame)
             self._look(frame)
         return result
 
@@ -109,7 +119,7 @@ class SelfStartingTracker:
             for name, each in self._last.items()
             if each.camera_from_body is not None and each.status is not Status.PREDICTED
         }
-        starts = self._assignment.assign(carried, searched, known)
+        starts = self._followed(self._assignment.assign(carried, searched, known))
         if starts:
             self._tracker.start(frame, starts, *others)
             self._trial.update(dict.fromkeys(starts, self._parameters.trial_frames))
@@ -119,6 +129,25 @@ class SelfStartingTracker:
                 proposed.setdefault(each.part, []).append(each.camera_from_body)
         if proposed and self._tracker.looks_for_parts:
             self._tracker.propose(proposed)
+
+    def _followed(self, starts: Mapping[str, Pose]) -> Mapping[str, Pose]:
+        """Where parts that start have gone since the frame in which they were found."""
+        follower, frames = self._follower, list(self._meanwhile)
+        if follower is None or not starts or not frames or frames[0] is not self._looked_at:
+            return starts
+        for name in follower.names:
+            follower.stop(name)
+        follower.start(frames[0], starts)
+        result = follower.track(frames[0])
+        for frame in frames[1:]:
+            result = follower.track(frame)
+        least = self._parameters.least_confidence
+        return {
+            each.part: each.camera_from_body
+            for each in result.parts
+            if each.part in starts and each.camera_from_body is not None
+            if each.status is Status.TRACKED and each.confidence >= least
+        }
 
     def _carried(self, hypothesis: Hypothesis) -> Hypothesis:
         """Where a find is by now: it went as the part was seen to go since."""
@@ -160,6 +189,8 @@ class SelfStartingTracker:
             return
         if self._lookout.offer(frame, missing or self.names):
             self._since_look = 0
+            self._looked_at = frame
+            self._meanwhile = deque([frame], maxlen=_MEANWHILE_FRAMES)
             self._then = {
                 name: each.camera_from_body
                 for name, each in self._last.items()

@@ -17,6 +17,7 @@ from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
 from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.result import Status
+from snapfit.tracking.tracker import Tracker
 
 CAMERA = RgbdCamera(AZURE_KINECT_720P, AZURE_KINECT_720P)
 TURN = Pose.exp([0.5, 0.6, -0.3, 0, 0, 0])
@@ -97,6 +98,33 @@ def test_a_find_on_the_bare_wall_is_dropped_again(parts, bodies, draw) -> None:
     results = [tracker.track(frame) for _ in range(8)]
     assert len(finder.asked) >= 2
     assert results[-1].parts[0].status is Status.SEARCHING
+
+
+def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(
+    parts, bodies, draw
+) -> None:
+    def at(number: int) -> dict[str, Pose]:
+        return {"jaw": Pose.from_translation(0.004 * number, 0.0, 0.0) @ THERE}
+
+    class Watching(FakeFinder):
+        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+            self.poses = at(int(frame.name))
+            return super().find(frame, wanted)
+
+    finder = Watching(at(0))
+    tracker = SelfStartingTracker(
+        create_tracker("gbot-without-graph", parts[:1], CAMERA),
+        bodies[:1],
+        parts[:1],
+        DelayedLookout(finder, 15),
+        follower=Tracker(bodies[:1], CAMERA),
+    )
+    for number in range(18):
+        frame = draw(parts[:1], at(number), name=str(number))
+        estimate = tracker.track(frame).parts[0]
+    assert len(finder.asked) >= 1
+    assert estimate.status is Status.TRACKED
+    assert estimate.camera_from_body.distance_to(at(17)["jaw"]) < 0.002
 
 
 def test_after_a_knock_parts_are_found_where_they_are_now(parts, bodies, draw) -> None:
