@@ -112,6 +112,8 @@ class GraphFollower:
         if self._parameters.is_told:
             return self._told(), ()
         self._frame += 1
+        # Of the refinement: what is tried out below leaves other Hessians behind.
+        inverses = self._optimiser.inverse_hessians()
         self._is_seen = {each.part: self._surely_seen(each) for each in estimates}
         self._hold_hidden(estimates)
         poses = {each.part: each.camera_from_body for each in estimates}
@@ -125,12 +127,12 @@ class GraphFollower:
                 each.status,
                 each.confidence,
                 poses[each.part],
-                each.covariance,
+                None if each.camera_from_body is None else inverses[body],
                 each.visibility,
                 free.get(each.part),
                 self._is_seen[each.part],
             )
-            for each in estimates
+            for body, each in enumerate(estimates)
         ]
         assembly = self._judge.update(observations, self._frame, self._probe)
         return assembly, () if assembly.changed is None else self._link()

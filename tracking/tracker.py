@@ -33,7 +33,8 @@ class Tracker:
     """Tracks several bodies through the frames of one RGB-D camera, or of several on one bench.
 
     Attributes:
-        names: the bodies' names, in order.
+        bodies: what is tracked.
+        names: theirs, in order.
         camera: where the frames come from; of several, the first: poses are in its frame.
         cameras: all of them.
     """
@@ -64,6 +65,7 @@ class Tracker:
         if not bodies:
             raise TrackingError("a tracker needs at least one body")
         parameters = parameters or TrackerParameters()
+        self.bodies = tuple(bodies)
         self.names = tuple(body.name for body in bodies)
         self.camera = camera
         self.cameras = (camera, *(placed.camera for placed in rig))
@@ -279,7 +281,6 @@ class Tracker:
         optimiser = self._optimiser
         evidence = [self._evidence(body, frame) for body in range(len(self.names))]
         believed = [self._judge.is_believed(body, each) for body, each in enumerate(evidence)]
-        inverses = optimiser.inverse_hessians()
         estimates = []
         for body in range(len(self.names)):
             members = [int(member) for member in optimiser.structures.members(body)]
@@ -290,9 +291,7 @@ class Tracker:
                 if not any(believed[m] for m in members):
                     # Nobody of the module is seen well: it stays where it was expected.
                     optimiser.move(body, Pose(predicted[body]))
-            estimates.append(
-                self._estimate(body, evidence[body], carrier, predicted[body], inverses[body])
-            )
+            estimates.append(self._estimate(body, evidence[body], carrier, predicted[body]))
         return tuple(estimates)
 
     def _evidence(self, body: int, frame: Frame | None) -> Evidence:
@@ -311,7 +310,6 @@ class Tracker:
         evidence: Evidence,
         carrier: Evidence | None,
         predicted: npt.NDArray[np.float64],
-        inverse_hessian: npt.NDArray[np.float64],
     ) -> PartEstimate:
         """What can be said of a body after a frame."""
         name, optimiser = self.names[body], self._optimiser
@@ -337,7 +335,6 @@ class Tracker:
             status,
             confidence,
             optimiser.pose(body),
-            inverse_hessian,
-            evidence.visibility,
-            self._graph.parent_of(name) if self._graph is not None else None,
+            visibility=evidence.visibility,
+            linked_to=self._graph.parent_of(name) if self._graph is not None else None,
         )

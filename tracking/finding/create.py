@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import RgbdCamera
-from snapfit.tracking.body import Body, load_bodies
+from snapfit.tracking.body import Body
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.finder import Finder
 from snapfit.tracking.finding.lookout import DelayedLookout
@@ -74,12 +74,11 @@ def create_offline(
     tracker = create_tracker(method, parts, camera, progress, asset=asset)
     if not isinstance(tracker, Tracker):
         raise TrackingError(f"{method} finds the parts in every frame: it needs no detector beside")
-    bodies = load_bodies(parts)
-    finder = create_finder(detector, parts, bodies, camera, asset)
+    finder = create_finder(detector, parts, tracker.bodies, camera, asset)
     delay_frames = max(1, round(_LATENCY_S[detector] * frame_rate_hz))
     lookout = DelayedLookout(finder, delay_frames)
-    follower = Tracker(bodies, camera)
-    return SelfStartingTracker(tracker, bodies, parts, lookout, follower=follower)
+    follower = Tracker(tracker.bodies, camera)
+    return SelfStartingTracker(tracker, parts, lookout, follower=follower)
 
 
 def _unknown(detector: str) -> TrackingError:

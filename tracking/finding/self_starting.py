@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from snapfit.models.asset import Part
 from snapfit.models.pose import Pose
 from snapfit.models.symmetry import Symmetry, distance_modulo_symmetry
-from snapfit.tracking.body import Body
 from snapfit.tracking.finding.assignment import Assignment
 from snapfit.tracking.finding.finder import Hypothesis
 from snapfit.tracking.finding.lookout import Found, Lookout
@@ -54,8 +53,7 @@ class SelfStartingTracker:
 
     Args:
         tracker: that follows the parts.
-        bodies: its bodies, in order.
-        parts: in the same order.
+        parts: that it follows, in order.
         lookout: that looks for them; closed with `close`.
         parameters: when.
         follower: another tracker of the same parts: it follows parts that start through the
@@ -65,7 +63,6 @@ class SelfStartingTracker:
     def __init__(
         self,
         tracker: Tracker,
-        bodies: Sequence[Body],
         parts: Sequence[Part],
         lookout: Lookout,
         parameters: SelfStartParameters | None = None,
@@ -77,7 +74,7 @@ class SelfStartingTracker:
         self._looked_at: Frame | None = None
         self._parameters = parameters or SelfStartParameters()
         self._symmetries: dict[str, Symmetry] = {part.name: part.symmetry for part in parts}
-        self._assignment = Assignment(bodies)
+        self._assignment = Assignment(tracker.bodies)
         self._last: dict[str, PartEstimate] = {}
         self._then: dict[str, Pose] = {}
         self._trial = dict.fromkeys(self.names, 0)

@@ -55,19 +55,14 @@ def parts():
     return [clamp[1], replace(clamp[1], name="twin")]
 
 
-@pytest.fixture(scope="module")
-def bodies(parts):
-    return load_bodies(parts)
-
-
-def tracker_of(parts, bodies, finder, delay_frames: int = 2) -> SelfStartingTracker:
+def tracker_of(parts, finder, delay_frames: int = 2) -> SelfStartingTracker:
     tracker = create_tracker("gbot-without-graph", parts, CAMERA)
-    return SelfStartingTracker(tracker, bodies, parts, DelayedLookout(finder, delay_frames))
+    return SelfStartingTracker(tracker, parts, DelayedLookout(finder, delay_frames))
 
 
-def test_parts_start_by_themselves(parts, bodies, draw) -> None:
+def test_parts_start_by_themselves(parts, draw) -> None:
     poses = {"jaw": HERE, "twin": THERE}
-    tracker = tracker_of(parts, bodies, FakeFinder(poses))
+    tracker = tracker_of(parts, FakeFinder(poses))
     results = [tracker.track(draw(parts, poses)) for _ in range(4)]
     assert {each.status for each in results[0].parts} == {Status.SEARCHING}
     assert all(each.camera_from_body is None for each in results[0].parts)
@@ -76,13 +71,13 @@ def test_parts_start_by_themselves(parts, bodies, draw) -> None:
         assert each.camera_from_body.distance_to(poses[each.part]) < 0.002
 
 
-def test_twins_share_what_a_detector_takes_for_one_of_them(parts, bodies, draw) -> None:
+def test_twins_share_what_a_detector_takes_for_one_of_them(parts, draw) -> None:
     class OneClass(FakeFinder):
         def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
             del frame, wanted
             return [Hypothesis("jaw", pose.perturbed(OFF), 0.9) for pose in (HERE, THERE)]
 
-    tracker = tracker_of(parts, bodies, OneClass({"jaw": HERE, "twin": THERE}))
+    tracker = tracker_of(parts, OneClass({"jaw": HERE, "twin": THERE}))
     poses = {"jaw": HERE, "twin": THERE}
     results = [tracker.track(draw(parts, poses)) for _ in range(4)]
     places = [each.camera_from_body for each in results[-1].parts]
@@ -90,19 +85,17 @@ def test_twins_share_what_a_detector_takes_for_one_of_them(parts, bodies, draw) 
         assert min(pose.distance_to(place) for pose in places) < 0.002
 
 
-def test_a_find_on_the_bare_wall_is_dropped_again(parts, bodies, draw) -> None:
+def test_a_find_on_the_bare_wall_is_dropped_again(parts, draw) -> None:
     wall = Pose.from_translation(0.2, 0.1, 0.5) @ TURN
     finder = FakeFinder({"jaw": wall})
-    tracker = tracker_of(parts[:1], bodies[:1], finder)
+    tracker = tracker_of(parts[:1], finder)
     frame = draw(parts[:1], {"jaw": HERE})
     results = [tracker.track(frame) for _ in range(8)]
     assert len(finder.asked) >= 2
     assert results[-1].parts[0].status is Status.SEARCHING
 
 
-def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(
-    parts, bodies, draw
-) -> None:
+def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(parts, draw) -> None:
     def at(number: int) -> dict[str, Pose]:
         return {"jaw": Pose.from_translation(0.004 * number, 0.0, 0.0) @ THERE}
 
@@ -114,10 +107,9 @@ def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(
     finder = Watching(at(0))
     tracker = SelfStartingTracker(
         create_tracker("gbot-without-graph", parts[:1], CAMERA),
-        bodies[:1],
         parts[:1],
         DelayedLookout(finder, 15),
-        follower=Tracker(bodies[:1], CAMERA),
+        follower=Tracker(load_bodies(parts[:1]), CAMERA),
     )
     for number in range(18):
         frame = draw(parts[:1], at(number), name=str(number))
@@ -127,12 +119,12 @@ def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(
     assert estimate.camera_from_body.distance_to(at(17)["jaw"]) < 0.002
 
 
-def test_after_a_knock_parts_are_found_where_they_are_now(parts, bodies, draw) -> None:
+def test_after_a_knock_parts_are_found_where_they_are_now(parts, draw) -> None:
     before = {"jaw": HERE, "twin": THERE}
     knock = Pose.from_translation(0.03, 0.09, 0.02) @ Pose.exp([0, 0, 0.5, 0, 0, 0])
     after = {name: knock @ pose for name, pose in before.items()}
     finder = FakeFinder(before)
-    tracker = tracker_of(parts, bodies, finder)
+    tracker = tracker_of(parts, finder)
     tracker.start(draw(parts, before), before)
     for _ in range(3):
         tracker.track(draw(parts, before))
@@ -143,11 +135,11 @@ def test_after_a_knock_parts_are_found_where_they_are_now(parts, bodies, draw) -
         assert each.camera_from_body.distance_to(after[each.part]) < 0.002, each
 
 
-def test_a_wrong_find_costs_nothing_where_all_is_seen(parts, bodies, draw) -> None:
+def test_a_wrong_find_costs_nothing_where_all_is_seen(parts, draw) -> None:
     poses = {"jaw": HERE, "twin": THERE}
     wrong = {name: Pose.from_translation(0.02, 0.0, -0.05) @ pose for name, pose in poses.items()}
     finder = FakeFinder(wrong, score=1.0)
-    tracker = tracker_of(parts, bodies, finder)
+    tracker = tracker_of(parts, finder)
     tracker.start(draw(parts, poses), poses)
     frame = draw(parts, poses)
     for _ in range(14):
@@ -157,7 +149,7 @@ def test_a_wrong_find_costs_nothing_where_all_is_seen(parts, bodies, draw) -> No
     assert finder.asked
 
 
-def test_the_published_rule_believes_the_detector(parts, bodies, draw) -> None:
+def test_the_published_rule_believes_the_detector(parts, draw) -> None:
     poses = {"jaw": HERE}
     finder = FakeFinder({"jaw": Pose.from_translation(0.08, 0, 0) @ HERE})
     tracker = create_tracker("gbot-without-graph", parts[:1], CAMERA)
@@ -170,10 +162,10 @@ def test_the_published_rule_believes_the_detector(parts, bodies, draw) -> None:
     assert len(finder.asked) == 1
 
 
-def test_a_finder_that_fails_is_told_and_tracking_goes_on(parts, bodies, draw, caplog) -> None:
+def test_a_finder_that_fails_is_told_and_tracking_goes_on(parts, draw, caplog) -> None:
     lookout = LookoutThread(BrokenFinder())
     tracker = SelfStartingTracker(
-        create_tracker("gbot-without-graph", parts[:1], CAMERA), bodies[:1], parts[:1], lookout
+        create_tracker("gbot-without-graph", parts[:1], CAMERA), parts[:1], lookout
     )
     frame = draw(parts[:1], {"jaw": HERE})
     try:
