@@ -112,7 +112,7 @@ def canonical_pose(camera_from_body: Pose, symmetry: Symmetry) -> Pose:
     if symmetry.is_none:
         return camera_from_body
     towards = _ray_rotation(camera_from_body.translation)
-    reference = towards @ _reference_rotation(main_axis(symmetry))
+    reference = towards @ reference_rotation(main_axis(symmetry))
     nearest = Pose.from_rotation_translation(reference, camera_from_body.translation)
     return symmetry.nearest(camera_from_body, nearest)
 
@@ -132,7 +132,7 @@ def main_axis(symmetry: Symmetry) -> npt.NDArray[np.float64]:
     return best if best[largest] > 0 else -best
 
 
-def _reference_rotation(axis: Array) -> Array:
+def reference_rotation(axis: Array) -> Array:
     """(3, 3) a fixed rotation that brings a body's axis to `_MAIN_AXIS` in the camera frame."""
     return _frame_along(_MAIN_AXIS) @ _frame_along(axis).T
 

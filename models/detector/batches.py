@@ -1,114 +1,213 @@
-"""Batches of training samples for PyTorch, the same from the same seed wherever a run goes on."""
+"""Batches of training views, the same from the same seed wherever a run goes on."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
 
-import cv2
 import numpy as np
 import torch
 from torch import Tensor
-from torch.utils.data import DataLoader, Dataset
 
-from snapfit.models.detector.samples import Sample, training_sample, whole_sample
-from snapfit.models.detector.shapes import PartShape
+from snapfit.models.detector.cutting import cut_out, relit
+from snapfit.models.detector.device import Workplace
+from snapfit.models.detector.label_table import Group, LabelTable, label_table
+from snapfit.models.detector.pictures import Pictures, ReadPictures, pictures_for
+from snapfit.models.detector.shape_table import ShapeTable, shape_table
 from snapfit.models.detector.targets import Targets
-from snapfit.models.detector.views import ViewParameters
-from snapfit.models.train_reader import TrainSample
+from snapfit.models.detector.view_batch import ViewBatch, labelled, sampled_views
+from snapfit.models.detector.views import ViewParameters, centered
 
 Batch = tuple[Tensor, Targets]
 
-# Six tiles show three parts of each image, which is decoded once.
 _IMAGES_A_VIEW = 2
+"""Tiles show parts of so many images."""
 
 
-@dataclass(frozen=True, eq=False)
-class Course(Dataset[Sample]):
-    """An endless row of views: each round shows every image once, in another order.
+class Course:
+    """An endless row of batches: each round shows every image once, in another order.
 
-    Attributes:
-        samples: the images.
-        shapes: of the parts.
-        parameters: of the views.
-        seed: of order and views; view n depends on the seed and n alone.
+    Most views of a batch are tiles, each laid around another part; the others show more of one
+    image. Batch n depends on the seed, n and the batch's size alone.
     """
 
-    samples: Sequence[TrainSample]
-    shapes: Mapping[str, PartShape]
-    parameters: ViewParameters
-    seed: int
+    def __init__(
+        self, groups: Sequence[Group], parameters: ViewParameters, seed: int, place: Workplace
+    ) -> None:
+        """Puts the labels, and on a GPU the images, where they are needed.
 
-    def __getitem__(self, place: int) -> Sample:
-        # OpenCV's own threads would fight with those of the training.
-        cv2.setNumThreads(0)
-        rng = np.random.default_rng((self.seed, 1, place))
-        first = place * _IMAGES_A_VIEW
-        images = [self._image(first + i) for i in range(_IMAGES_A_VIEW)]
-        return training_sample(images, self.shapes, self.parameters, rng)
+        Args:
+            groups: images to learn from, with the shapes of their parts.
+            parameters: of the views.
+            seed: of order and views.
+            place: where the network is trained.
 
-    def _image(self, place: int) -> TrainSample:
-        number, within = divmod(place, len(self.samples))
-        order = np.random.default_rng((self.seed, 0, number)).permutation(len(self.samples))
-        return self.samples[int(order[within])]
+        Raises:
+            DatasetError: there is no image, one is missing, or they are of several sizes.
+        """
+        self._table = label_table(groups)
+        self._there = self._table.to(place.device)
+        self._shapes = _shapes_of(groups).to(place.device)
+        self._parameters, self._seed, self._device = parameters, seed, place.device
+        samples = [sample for some, _ in groups for sample in some]
+        self._pictures: Pictures = pictures_for(samples, place)
+
+    def batches(self, size: int, numbers: range) -> Iterator[Batch]:
+        """Images (B, 3, H, W) uint8, red first, and what is true in them, on the device."""
+        for number in numbers:
+            places = self._places(number, size)
+            found = self._batch(number, size, places)
+            if number + 1 < numbers.stop:
+                self._pictures.expect(self._places(number + 1, size))
+            yield found
+
+    def _places(self, number: int, size: int) -> list[int]:
+        """The images of a batch."""
+        first = number * size * _IMAGES_A_VIEW
+        wanted = range(first, first + size * _IMAGES_A_VIEW)
+        rounds = {each // len(self._table) for each in wanted}
+        orders = {
+            each: np.random.default_rng((self._seed, each)).permutation(len(self._table))
+            for each in rounds
+        }
+        return [int(orders[w // len(self._table)][w % len(self._table)]) for w in wanted]
+
+    def _batch(self, number: int, size: int, places: list[int]) -> Batch:
+        generator = torch.Generator().manual_seed(self._seed * 1_000_003 + number)
+        memory, rows = self._pictures.take(places)
+        p = self._parameters
+        n_tiled = round(size * p.tiled_share) if p.tiles[0] * p.tiles[1] > 1 else 0
+        split = n_tiled * _IMAGES_A_VIEW
+        images = torch.tensor(places)
+        found = []
+        if split:
+            found.append(self._seen(memory, rows[:split], images[:split], p.tiles, generator))
+        if n_tiled < size:
+            # Of the two images, the first.
+            rest = slice(split, None, _IMAGES_A_VIEW)
+            found.append(self._seen(memory, rows[rest], images[rest], (1, 1), generator))
+        pictures = torch.cat([each for each, _ in found])
+        return pictures, joined([targets for _, targets in found])
+
+    def _seen(
+        self,
+        memory: Tensor,
+        rows: Tensor,
+        images: Tensor,
+        tiles: tuple[int, int],
+        generator: torch.Generator,
+    ) -> Batch:
+        """Views of so many tiles, each view of as many images as there are parts to show."""
+        p, n_tiles = self._parameters, tiles[0] * tiles[1]
+        views_of = 1 if n_tiles == 1 else _IMAGES_A_VIEW
+        count = len(images) // views_of
+        slots = torch.arange(n_tiles) * views_of // n_tiles
+        which = (torch.arange(count)[:, None] * views_of + slots).flatten()
+        turns = (torch.arange(n_tiles) - torch.searchsorted(slots, slots)).repeat(count)
+        aims = aimed_boxes(self._table, images, which, turns, generator)
+        size = p.width_px // tiles[1], p.height_px // tiles[0]
+        share = 1.0 if n_tiles > 1 else p.aimed_share
+        drawn = sampled_views(self._table, images[which], aims, size, p, share, generator)
+        views = _moved(drawn, self._device)
+        pictures = cut_out(memory, rows[which.to(self._device)], self._table.size, views)
+        lit = relit(pictures, p, generator).round().to(torch.uint8)
+        return beside(lit, labelled(views, self._there, self._shapes), tiles)
 
 
-def training_batches(
-    course: Course, batch: int, steps: range, *, workers: int, pinned: bool
-) -> Iterator[Batch]:
-    """The batches of some steps: images (B, 3, H, W) uint8, red first, and what is true in them.
+def aimed_boxes(
+    table: LabelTable, images: Tensor, which: Tensor, turns: Tensor, generator: torch.Generator
+) -> Tensor:
+    """(T, 4) boxes of seen parts to lay views around: another one each as far as there are any.
 
     Args:
-        course: where they come from.
-        batch: images in each.
-        steps: numbers of the batches.
-        workers: processes that make them beside the training; 0 makes them in this one.
-        pinned: whether they lie in memory from which a GPU copies fast.
+        table: of the images.
+        images: (n,) of the batch.
+        which: (T,) place in `images` of each view's image.
+        turns: (T,) the how manieth view of that image each is.
+        generator: of the order of the parts.
+
+    Returns:
+        (0, 0, 0, 0) where no part is seen.
     """
-    settings: dict[str, Any] = {}
-    if workers:
-        # Forking a process with threads can leave a lock held for ever.
-        settings = {"multiprocessing_context": "spawn", "prefetch_factor": 4}
-    loader: DataLoader[Sample] = DataLoader(
-        course,
-        batch_size=batch,
-        sampler=range(steps.start * batch, steps.stop * batch),
-        collate_fn=collated,
-        num_workers=workers,
-        pin_memory=pinned,
-        **settings,
+    is_seen = table.is_seen[images] & (table.classes[images] >= 0)
+    keys = torch.rand(is_seen.shape, generator=generator) + ~is_seen
+    order = keys.argsort(dim=1)
+    count = is_seen.sum(dim=1)
+    part = order[which, turns % count[which].clamp(min=1)]
+    boxes = table.boxes[images[which], part]
+    return boxes * (count[which] > 0)[:, None]
+
+
+def beside(pictures: Tensor, targets: Targets, tiles: tuple[int, int]) -> Batch:
+    """Tiles (V * rows * columns, 3, h, w), row by row, as V views; their parts likewise."""
+    rows, columns = tiles
+    height, width = pictures.shape[2:]
+    grid = pictures.unflatten(0, (-1, rows, columns)).permute(0, 3, 1, 4, 2, 5)
+    whole = grid.reshape(-1, 3, rows * height, columns * width)
+    number = torch.arange(rows * columns, device=pictures.device)
+    shift = torch.stack([number % columns * width, number // columns * height], dim=-1)
+    count = len(whole)
+    shift = shift.repeat(count, 1)[:, None].to(torch.float32)
+    boxes = targets.boxes + torch.cat([shift, shift], dim=-1)
+    points = targets.keypoints.clone()
+    points[..., :2] += shift[:, :, None]
+    pieces = targets.classes, boxes, points, targets.is_ignored
+    together = [each.unflatten(0, (count, -1)).flatten(1, 2) for each in pieces]
+    return whole, Targets(*together)
+
+
+def joined(some: Sequence[Targets]) -> Targets:
+    """The targets of several sets of views, with no more places than there are parts."""
+    most = max(int((each.classes >= 0).sum(dim=1).max()) for each in some)
+    return Targets(
+        *(
+            torch.cat([_compact(each, max(most, 1), field.name) for each in some])
+            for field in fields(Targets)
+        )
     )
-    for images, *pieces in loader:
-        yield images, Targets(*pieces)
+
+
+def _compact(targets: Targets, most: int, name: str) -> Tensor:
+    """One of the tensors with its parts in the first `most` places; the rest is filled up."""
+    order = (targets.classes < 0).to(torch.int8).argsort(dim=1, stable=True)[:, :most]
+    values: Tensor = getattr(targets, name)
+    index = order.reshape(*order.shape, *[1] * (values.ndim - 2))
+    found = values.gather(1, index.expand(-1, -1, *values.shape[2:]))
+    missing = most - found.shape[1]
+    if missing > 0:
+        filler = found.new_full((len(found), missing, *found.shape[2:]), -1 * (name == "classes"))
+        found = torch.cat([found, filler], dim=1)
+    return found
 
 
 def whole_batches(
-    samples: Sequence[TrainSample],
-    shapes: Mapping[str, PartShape],
-    parameters: ViewParameters,
-    batch: int,
+    groups: Sequence[Group], parameters: ViewParameters, batch: int, place: Workplace
 ) -> Iterator[Batch]:
-    """Images as they are, in order."""
-    for start in range(0, len(samples), batch):
-        few = samples[start : start + batch]
-        images, *pieces = collated([whole_sample(each, shapes, parameters) for each in few])
-        yield images, Targets(*pieces)
+    """Images as they are, in order.
+
+    Raises:
+        DatasetError: there is none, one is missing, or they are of several sizes.
+    """
+    table = label_table(groups)
+    there, shapes = table.to(place.device), _shapes_of(groups).to(place.device)
+    pictures = ReadPictures([sample for some, _ in groups for sample in some], place)
+    matrix = torch.from_numpy(centered(table.size, parameters)).to(torch.float32)
+    size = parameters.width_px, parameters.height_px
+    for start in range(0, len(table), batch):
+        places = range(start, min(start + batch, len(table)))
+        count = len(places)
+        views = ViewBatch(
+            torch.tensor(places), matrix.repeat(count, 1, 1), torch.zeros(count), *size
+        )
+        views = _moved(views, place.device)
+        images = cut_out(*pictures.take(places), table.size, views).round().to(torch.uint8)
+        yield images, joined([labelled(views, there, shapes)])
 
 
-def collated(samples: list[Sample]) -> tuple[Tensor, ...]:
-    """Images, and the pieces of `Targets` in their order, filled up to the most parts."""
-    most = max(1, *(len(sample.classes) for sample in samples))
-    n_keypoints = samples[0].keypoints.shape[1]
-    count = len(samples)
-    classes = np.full((count, most), -1, dtype=np.int64)
-    boxes = np.zeros((count, most, 4), dtype=np.float32)
-    keypoints = np.zeros((count, most, n_keypoints, 3), dtype=np.float32)
-    ignored = np.zeros((count, most), dtype=np.bool_)
-    for i, sample in enumerate(samples):
-        here = slice(0, len(sample.classes))
-        classes[i, here], boxes[i, here] = sample.classes, sample.boxes
-        keypoints[i, here], ignored[i, here] = sample.keypoints, sample.is_ignored
-    pictures = np.stack([sample.picture[:, :, ::-1].transpose(2, 0, 1) for sample in samples])
-    pieces = pictures, classes, boxes, keypoints, ignored
-    return tuple(torch.from_numpy(np.ascontiguousarray(each)) for each in pieces)
+def _shapes_of(groups: Sequence[Group]) -> ShapeTable:
+    return shape_table([shape for _, known in groups for shape in known.values()])
+
+
+def _moved(views: ViewBatch, device: torch.device) -> ViewBatch:
+    images, matrices = views.images.to(device), views.matrices.to(device)
+    return replace(views, images=images, matrices=matrices, rolls=views.rolls.to(device))

@@ -21,7 +21,7 @@ class Workplace:
         device: of PyTorch.
         name: in words.
         is_mixed: whether products are computed in bfloat16, which needs no scaling of the loss.
-        workers: processes that make batches beside it.
+        workers: threads that read images beside it.
     """
 
     device: torch.device
@@ -37,12 +37,16 @@ class Workplace:
         return context
 
 
+CPU = Workplace(torch.device("cpu"), "CPU", is_mixed=False, workers=1)
+"""The plain CPU, whatever else there is."""
+
+
 def workplace(wanted: str = "auto", *, workers: int | None = None) -> Workplace:
     """The GPU where there is one, otherwise the CPU.
 
     Args:
         wanted: auto, cpu, cuda, or a device's name in PyTorch, as cuda:1.
-        workers: processes that make batches; by the number of cores if absent.
+        workers: threads that read images; by the number of cores if absent.
 
     Raises:
         TrainingError: there is no such device.

@@ -29,15 +29,17 @@ class PartShape:
     symmetry: Symmetry
 
 
-def part_shapes(asset: Asset, classes: Sequence[TrainClass]) -> dict[str, PartShape]:
-    """By name, the classes of a training set.
+def part_shapes(
+    asset: Asset, classes: Sequence[TrainClass], first: int = 0
+) -> dict[str, PartShape]:
+    """By name, the classes of a training set; their numbers go from `first` upwards.
 
     Raises:
         DatasetError: the set has a part that the asset has not.
     """
     parts = {part.name: part for part in asset.parts}
     shapes = {}
-    for number, each in enumerate(classes):
+    for number, each in enumerate(classes, first):
         if each.part not in parts:
             problem = f"has no part {each.part!r}, but the training set has: render it again"
             raise DatasetError(asset.directory, problem)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import torch
 
 from snapfit.models.asset import Asset
-from snapfit.models.detector.batches import Batch, Course, training_batches, whole_batches
+from snapfit.models.detector.batches import Course, whole_batches
 from snapfit.models.detector.card import (
     CARD_NAME,
     INT8_NAME,
@@ -22,8 +21,9 @@ from snapfit.models.detector.card import (
     write_card,
 )
 from snapfit.models.detector.curves import write_curves
-from snapfit.models.detector.device import Workplace
+from snapfit.models.detector.device import CPU, Workplace
 from snapfit.models.detector.export import export_onnx
+from snapfit.models.detector.label_table import Group
 from snapfit.models.detector.metrics import Validation, validated
 from snapfit.models.detector.onnx_graph import OPSET
 from snapfit.models.detector.recipe import Recipe
@@ -89,44 +89,90 @@ def train_detector(
         TrainingError: the checkpoint is of another recipe, or the loss is no number.
         DatasetError: an image is missing, or none is left to train on.
     """
-    assembled = None if recipe.assembled else False
-    samples = data.selected(validation=False, assembled=assembled)
-    if not samples:
-        raise DatasetError(out, "no training image is left: render more (--count)")
     shapes = part_shapes(asset, data.classes)
-    course = Course(samples, shapes, recipe.views, recipe.seed)
-    trainer = Trainer(recipe, len(data.classes), len(data.classes[0].keypoints_m), workplace)
-    checkpoint = out / CHECKPOINT_NAME
-    if checkpoint.is_file():
-        trainer.resume(checkpoint)
-    elif begin_from is not None:
-        trainer.begin_from(begin_from)
-    _train(trainer, course, checkpoint, progress)
-    settle_statistics(trainer.averaged, _settling(trainer, course), workplace)
-    write_checkpoint(trainer, checkpoint)
-    write_curves(trainer.history, out / CURVES_NAME)
-    whole = data.selected(validation=True)
+    groups = [(_selected(data, recipe, out), shapes)]
+    trainer = _learnt(groups, recipe, out, workplace, begin_from, progress)
+    whole = data.selected(validation=True)[:_MOST_VALIDATED]
     found = _validation(trainer, whole, shapes)
-    card = _card(data, trainer, len(samples), found, begin_from)
+    card = _card(data, trainer, len(groups[0][0]), found, begin_from)
     export_onnx(trainer.averaged, out / ONNX_NAME, metadata={"asset": data.asset})
     write_card(card, out / CARD_NAME)
     if is_int8:
         from snapfit.models.detector.quantise import write_int8
 
-        batches = whole_batches(whole[:_CALIBRATION_IMAGES], shapes, recipe.whole, 1)
+        few = [(whole[:_CALIBRATION_IMAGES], shapes)]
+        batches = whole_batches(few, recipe.whole, 1, CPU)
         write_int8(trainer.averaged, out / INT8_NAME, [(each / 255).numpy() for each, _ in batches])
     return card
+
+
+def train_shared(
+    sets: Sequence[tuple[Asset, TrainSet]],
+    recipe: Recipe,
+    out: Path,
+    workplace: Workplace,
+    *,
+    progress: Progress | None = None,
+) -> None:
+    """Trains one network on the parts of several assets: weights for others to begin from.
+
+    `out` gets `checkpoint.pt` and `losses.png`. The arguments are those of `train_detector`.
+
+    Raises:
+        TrainingError, DatasetError: as `train_detector`.
+    """
+    groups: list[Group] = []
+    for asset, data in sets:
+        first = sum(len(known) for _, known in groups)
+        shapes = part_shapes(asset, data.classes, first)
+        groups.append((_selected(data, recipe, out), shapes))
+    _learnt(groups, recipe, out, workplace, None, progress)
+
+
+def _selected(data: TrainSet, recipe: Recipe, out: Path) -> list[TrainSample]:
+    samples = data.selected(validation=False, assembled=None if recipe.assembled else False)
+    if not samples:
+        raise DatasetError(out, "no training image is left: render more (--count)")
+    return samples
+
+
+def _learnt(
+    groups: Sequence[Group],
+    recipe: Recipe,
+    out: Path,
+    workplace: Workplace,
+    begin_from: Path | None,
+    progress: Progress | None,
+) -> Trainer:
+    """A trainer at the end of its recipe; its checkpoint and its curves are written."""
+    shapes = [shape for _, known in groups for shape in known.values()]
+    trainer = Trainer(recipe, len(shapes), len(shapes[0].keypoints_m), workplace)
+    checkpoint = out / CHECKPOINT_NAME
+    if checkpoint.is_file():
+        trainer.resume(checkpoint)
+    elif begin_from is not None:
+        trainer.begin_from(begin_from)
+    course = Course(groups, recipe.views, recipe.seed, workplace)
+    _train(trainer, course, checkpoint, progress)
+    # Views that no step has seen.
+    steps = range(recipe.steps, recipe.steps + _SETTLING_BATCHES)
+    settle_statistics(trainer.averaged, course.batches(recipe.batch, steps), workplace)
+    write_checkpoint(trainer, checkpoint)
+    write_curves(trainer.history, out / CURVES_NAME)
+    return trainer
 
 
 def _train(trainer: Trainer, course: Course, checkpoint: Path, progress: Progress | None) -> None:
     """Learns until the recipe is done; the state is kept every minute, and when it is ended."""
     recipe = trainer.recipe
-    begin, first, kept = time.perf_counter(), trainer.step, time.perf_counter()
-    for images, targets in _batches(trainer, course, range(trainer.step, recipe.steps)):
+    before_s, first = trainer.elapsed_s, trainer.step
+    begin = kept = time.perf_counter()
+    for images, targets in course.batches(recipe.batch, range(trainer.step, recipe.steps)):
         if trainer.progress >= 1:
             break
         values = trainer.learn(images, targets)
         now = time.perf_counter()
+        trainer.elapsed_s = before_s + now - begin
         if progress is not None:
             speed = (trainer.step - first) * recipe.batch / (now - begin)
             progress(Report(trainer.progress, trainer.step, values["total"], speed))
@@ -135,26 +181,12 @@ def _train(trainer: Trainer, course: Course, checkpoint: Path, progress: Progres
             kept = now
 
 
-def _settling(trainer: Trainer, course: Course) -> Iterator[Batch]:
-    """Views that no step has seen."""
-    steps = range(trainer.recipe.steps, trainer.recipe.steps + _SETTLING_BATCHES)
-    return _batches(trainer, course, steps)
-
-
-def _batches(trainer: Trainer, course: Course, steps: range) -> Iterator[Batch]:
-    place = trainer.workplace
-    pinned = place.device.type == "cuda"
-    return training_batches(
-        course, trainer.recipe.batch, steps, workers=place.workers, pinned=pinned
-    )
-
-
 def _validation(
     trainer: Trainer, samples: Sequence[TrainSample], shapes: dict[str, PartShape]
 ) -> Validation:
-    few = list(itertools.islice(samples, _MOST_VALIDATED))
-    batches = whole_batches(few, shapes, trainer.recipe.whole, _VALIDATION_BATCH)
-    found: Validation = validated(trainer.averaged, batches, trainer.workplace.device)
+    place = trainer.workplace
+    batches = whole_batches([(samples, shapes)], trainer.recipe.whole, _VALIDATION_BATCH, place)
+    found: Validation = validated(trainer.averaged, batches, place.device)
     return found
 
 

@@ -12,9 +12,16 @@ from snapfit.server.cli.errors import clear_errors
 
 
 def train(
-    asset: Annotated[str, typer.Argument(help="Name of a bundled asset, or its folder.")],
+    assets: Annotated[
+        list[str],
+        typer.Argument(
+            help="Name of a bundled asset, or its folder. Several: one network on the parts of "
+            "all, for others to begin from."
+        ),
+    ],
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the result; training/ASSET if absent.")
+        Path | None,
+        typer.Option(help="Folder of the result; training/ASSET if absent, training/shared."),
     ] = None,
     data: Annotated[
         Path, typer.Option(help="Dataset folder; images that are missing there are rendered.")
@@ -55,6 +62,7 @@ def train(
             pixels,
             rendered_images,
             require_libraries,
+            run_shared_training,
             run_training,
         )
 
@@ -63,7 +71,7 @@ def train(
         from snapfit.models.detector.recipe import Recipe
         from snapfit.models.detector.views import ViewParameters
 
-        found = find_asset(asset)
+        found = [find_asset(name) for name in assets]
         (input_width, input_height), (view_width, view_height) = pixels(input_px), pixels(view_px)
         recipe = Recipe(
             size=network_size(width, depth),
@@ -77,6 +85,14 @@ def train(
             assembled=assembled,
             seed=seed,
         )
-        images = rendered_images(console, found, data.absolute(), count, keypoints, seed, jobs)
-        folder = out or Path("training") / found.name
-        run_training(console, found, images, recipe, folder, device, begin_from, is_int8=int8)
+        folder = data.absolute()
+        sets = [
+            (each, rendered_images(console, each, folder, count, keypoints, seed, jobs))
+            for each in found
+        ]
+        if len(sets) > 1:
+            run_shared_training(console, sets, recipe, out or Path("training/shared"), device)
+            return
+        ((only, images),) = sets
+        out = out or Path("training") / only.name
+        run_training(console, only, images, recipe, out, device, begin_from, is_int8=int8)

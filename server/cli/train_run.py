@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +18,7 @@ from snapfit.server.cli.dataset_runs import render_train_split
 if TYPE_CHECKING:
     from snapfit.models.asset import Asset
     from snapfit.models.detector.card import DetectorCard
+    from snapfit.models.detector.device import Workplace
     from snapfit.models.detector.recipe import Recipe
     from snapfit.models.detector.size import NetworkSize
     from snapfit.models.detector.train import Report
@@ -91,12 +94,56 @@ def run_training(
         TrainingError: there is no such device, or the checkpoint is of another recipe.
         DatasetError: an image cannot be read.
     """
-    from snapfit.models.detector.device import workplace
     from snapfit.models.detector.train import train_detector
+
+    place = _workplace(console, device)
+    with _shown(console) as show:
+        card = train_detector(
+            asset,
+            images,
+            recipe,
+            out,
+            place,
+            begin_from=begin_from,
+            is_int8=is_int8,
+            progress=show,
+        )
+    console.print(_figures(card))
+    console.print(f"{out}: detector.onnx, detector.json, losses.png; checkpoint.pt to go on from")
+
+
+def run_shared_training(
+    console: Console,
+    sets: Sequence[tuple[Asset, TrainSet]],
+    recipe: Recipe,
+    out: Path,
+    device: str,
+) -> None:
+    """Trains one network on the parts of several assets.
+
+    Raises:
+        TrainingError, DatasetError: as `run_training`.
+    """
+    from snapfit.models.detector.train import train_shared
+
+    place = _workplace(console, device)
+    with _shown(console) as show:
+        train_shared(sets, recipe, out, place, progress=show)
+    console.print(f"{out}: checkpoint.pt for --begin-from, losses.png")
+
+
+def _workplace(console: Console, device: str) -> Workplace:
+    from snapfit.models.detector.device import workplace
 
     place = workplace(device)
     kind = "bfloat16 and float32" if place.is_mixed else "float32"
     console.print(f"training on {place.name} in {kind}")
+    return place
+
+
+@contextmanager
+def _shown(console: Console) -> Iterator[Callable[[Report], None]]:
+    """A progress bar; gives what is to be called after each step."""
     columns = (
         TextColumn("training"),
         BarColumn(),
@@ -111,18 +158,7 @@ def run_training(
             words = f"step {report.step}, loss {report.loss:.2f}, {report.images_per_second:.0f}/s"
             bar.update(task, completed=report.share, description=words)
 
-        card = train_detector(
-            asset,
-            images,
-            recipe,
-            out,
-            place,
-            begin_from=begin_from,
-            is_int8=is_int8,
-            progress=show,
-        )
-    console.print(_figures(card))
-    console.print(f"{out}: detector.onnx, detector.json, losses.png; checkpoint.pt to go on from")
+        yield show
 
 
 def _figures(card: DetectorCard) -> Table:

@@ -10,16 +10,20 @@ torch = pytest.importorskip("torch", reason="PyTorch is not installed: snapfit[t
 pytest.importorskip("onnx", reason="onnx is not installed: snapfit[train]")
 
 from snapfit.models.asset import find_asset
-from snapfit.models.detector.batches import Course, collated, training_batches, whole_batches
+from snapfit.models.detector.batches import Course, whole_batches
 from snapfit.models.detector.card import CARD_NAME, INT8_NAME, ONNX_NAME, read_card
 from snapfit.models.detector.curves import smoothed, write_curves
 from snapfit.models.detector.device import Workplace, workplace
 from snapfit.models.detector.metrics import validated
 from snapfit.models.detector.recipe import Recipe
-from snapfit.models.detector.samples import whole_sample
 from snapfit.models.detector.shapes import part_shapes
 from snapfit.models.detector.size import NetworkSize
-from snapfit.models.detector.train import CHECKPOINT_NAME, CURVES_NAME, train_detector
+from snapfit.models.detector.train import (
+    CHECKPOINT_NAME,
+    CURVES_NAME,
+    train_detector,
+    train_shared,
+)
 from snapfit.models.detector.trainer import (
     Trainer,
     rate_at,
@@ -38,7 +42,7 @@ SMALL = NetworkSize(
 )
 VIEWS = ViewParameters(across_px=288, height_px=96, width_px=160, tiles=(1, 2), roll_deg=5)
 RECIPE = Recipe(size=SMALL, views=VIEWS, input_height_px=160, input_width_px=288, steps=4, batch=2)
-PLACE = Workplace(torch.device("cpu"), "a CPU", False, 0)
+PLACE = Workplace(torch.device("cpu"), "a CPU", False, 1)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +66,7 @@ def test_a_few_images_are_learnt_by_heart(images, asset):
         size=SMALL, views=VIEWS, input_height_px=256, input_width_px=448, steps=250, batch=4
     )
     trainer = Trainer(recipe, len(shapes), 17, PLACE)
-    batches = list(whole_batches(list(images)[:4], shapes, recipe.whole, 4))
+    batches = list(whole_batches([(list(images)[:4], shapes)], recipe.whole, 4, PLACE))
     first = trainer.learn(*batches[0])["total"]
     for _ in range(recipe.steps - 1):
         last = trainer.learn(*batches[0])["total"]
@@ -80,8 +84,8 @@ def test_a_run_that_is_stopped_goes_on_to_the_same_end(images, asset, tmp_path):
     shapes = part_shapes(asset, images.classes)
     samples = images.selected(validation=False)
     trainer = Trainer(RECIPE, len(shapes), 17, PLACE)
-    course = Course(samples, shapes, VIEWS, RECIPE.seed)
-    for batch in training_batches(course, 2, range(2), workers=0, pinned=False):
+    course = Course([(samples, shapes)], VIEWS, RECIPE.seed, PLACE)
+    for batch in course.batches(2, range(2)):
         trainer.learn(*batch)
     write_checkpoint(trainer, tmp_path / "parted" / CHECKPOINT_NAME)
     steps = []
@@ -197,7 +201,7 @@ def test_a_loss_that_is_no_number_stops_the_training(images, asset):
     shapes = part_shapes(asset, images.classes)
     trainer = Trainer(RECIPE, len(shapes), 17, PLACE)
     torch.nn.init.constant_(trainer.network.class_heads[0][-1].bias, float("nan"))
-    pictures, targets = next(whole_batches(list(images)[:2], shapes, RECIPE.whole, 2))
+    pictures, targets = next(whole_batches([(list(images)[:2], shapes)], RECIPE.whole, 2, PLACE))
     with pytest.raises(TrainingError, match="lower the learning rate"):
         trainer.learn(pictures, targets)
 
@@ -236,28 +240,29 @@ def test_the_learning_rate_rises_and_falls():
 
 def test_batches_are_the_same_wherever_a_run_goes_on(images, asset):
     shapes = part_shapes(asset, images.classes)
-    course = Course(images.selected(validation=False), shapes, VIEWS, 5)
-    whole = list(training_batches(course, 2, range(3), workers=0, pinned=False))
-    (again,) = training_batches(course, 2, range(2, 3), workers=0, pinned=False)
+    course = Course([(images.selected(validation=False), shapes)], VIEWS, 5, PLACE)
+    whole = list(course.batches(2, range(3)))
+    (again,) = course.batches(2, range(2, 3))
     assert torch.equal(whole[2][0], again[0])
     assert torch.equal(whole[2][1].keypoints, again[1].keypoints)
     assert not torch.equal(whole[1][0], whole[2][0])
 
 
-def test_a_batch_is_filled_up(images, asset):
-    shapes = part_shapes(asset, images.classes)
-    few = [whole_sample(each, shapes, RECIPE.whole) for each in list(images)[:6]]
-    pictures, classes, boxes, keypoints, ignored = collated(few)
-    assert pictures.shape == (6, 3, 160, 288)
-    most = max(len(each.classes) for each in few)
-    assert classes.shape == (6, most)
-    assert boxes.shape == (6, most, 4)
-    assert keypoints.shape == (6, most, 17, 3)
-    assert ignored.shape == (6, most)
-    for i, each in enumerate(few):
-        assert (classes[i] >= 0).sum() == len(each.classes)
-        # Red first.
-        assert pictures[i, 0, 80, 100] == each.picture[80, 100, 2]
+def test_a_network_for_several_assets_is_one_to_begin_from(images, asset, tmp_path):
+    train_shared([(asset, images), (asset, images)], RECIPE, tmp_path / "shared", PLACE)
+    state = read_checkpoint(tmp_path / "shared" / CHECKPOINT_NAME)
+    assert state["classes"] == 2 * len(images.classes)
+    assert cv2.imread(str(tmp_path / "shared" / CURVES_NAME)) is not None
+    assert not (tmp_path / "shared" / ONNX_NAME).exists()
+    card = train_detector(
+        asset,
+        images,
+        RECIPE,
+        tmp_path / "own",
+        PLACE,
+        begin_from=tmp_path / "shared" / CHECKPOINT_NAME,
+    )
+    assert card.training["began_from"] == CHECKPOINT_NAME
 
 
 def test_curves_are_drawn_and_smoothed(tmp_path):
