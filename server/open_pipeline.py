@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from snapfit.models.asset import Asset, Part, find_asset
-from snapfit.server.find_parts import with_finding
+from snapfit.server.find_parts import detector_for, with_finding
 from snapfit.server.pipeline import Image, Pipeline, Report
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE, WorkerSpec
 from snapfit.tracking.errors import SourceError
@@ -54,13 +55,17 @@ def chosen_method(wish: str, parts: Collection[Part], asset: Asset | None) -> st
 
 def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
     method = chosen_method(spec.method, source.parts, source.asset)
-    tracker = create_tracker(method, source.parts, source.camera, report, asset=source.asset)
+    # Open3D takes a second to load: that goes on while the tracker is made.
+    with ThreadPoolExecutor(1) as beside:
+        detector = beside.submit(detector_for, spec, source)
+        tracker = create_tracker(method, source.parts, source.camera, report, asset=source.asset)
 
     def draw(image: Image, result: TrackingResult) -> Image:
         return draw_overlay(image, source.camera.color, source.parts, result.parts)
 
     _draw_once(source)
-    return with_finding(Pipeline(source, tracker, draw, method), spec, report)
+    pipeline = Pipeline(source, tracker, draw, method)
+    return with_finding(pipeline, spec, detector.result(), report)
 
 
 def _draw_once(source: Source) -> None:
