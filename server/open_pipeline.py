@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-from snapfit.models.asset import Asset, find_asset
+from snapfit.models.asset import Asset, Part, find_asset
+from snapfit.server.find_parts import detector_for, with_finding
 from snapfit.server.pipeline import Image, Pipeline, Report
-from snapfit.server.worker_spec import DEMO_SOURCE, WorkerSpec
+from snapfit.server.worker_spec import AUTO, DEMO_SOURCE, WorkerSpec
 from snapfit.tracking.errors import SourceError
 from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+from snapfit.tracking.sources.base import Source
 from snapfit.tracking.sources.recorded import RecordedSource, load_recording
 
 
@@ -22,33 +26,55 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
     A recording is played forwards and backwards for ever, so that poses never jump.
 
     Raises:
-        SnapfitError: whatever is refused: the asset, the source, the method.
+        SnapfitError: whatever is refused: the asset, the source, the method, the detector.
     """
     asset = None if spec.asset is None else find_asset(spec.asset)
     folder = _demo(asset, report) if spec.source == DEMO_SOURCE else Path(spec.source)
     report("opening the source", None)
     source = RecordedSource(load_recording(folder, asset), loop="pingpong")
     try:
-        tracker = create_tracker(
-            spec.method, source.parts, source.camera, report, asset=source.asset
-        )
+        return _tracking(source, spec, report)
     except BaseException:
         source.close()
         raise
 
+
+def chosen_method(wish: str, parts: Collection[Part], asset: Asset | None) -> str:
+    """The method that is wished for; for "auto" the one that makes most of what is known.
+
+    Args:
+        wish: a method, or "auto".
+        parts: that are tracked.
+        asset: that is assembled; None for loose parts.
+    """
+    if wish != AUTO:
+        return wish
+    known = set() if asset is None or not asset.states else {part.name for part in asset.parts}
+    return "gbot" if known and known >= {part.name for part in parts} else "icg"
+
+
+def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
+    method = chosen_method(spec.method, source.parts, source.asset)
+    # Open3D takes a second to load: that goes on while the tracker is made.
+    with ThreadPoolExecutor(1) as beside:
+        detector = beside.submit(detector_for, spec, source)
+        tracker = create_tracker(method, source.parts, source.camera, report, asset=source.asset)
+
     def draw(image: Image, result: TrackingResult) -> Image:
         return draw_overlay(image, source.camera.color, source.parts, result.parts)
 
-    # Once now, so that the first picture does not wait for the compiler.
-    blank = np.zeros((source.camera.color.height, source.camera.color.width, 3), dtype=np.uint8)
+    _draw_once(source)
+    pipeline = Pipeline(source, tracker, draw, method)
+    return with_finding(pipeline, spec, detector.result(), report)
+
+
+def _draw_once(source: Source) -> None:
+    """Once now, so that the first picture does not wait for the compiler."""
+    camera = source.camera.color
+    blank = np.zeros((camera.height, camera.width, 3), dtype=np.uint8)
     poses = source.initial_poses.items()
-    draw_overlay(
-        blank,
-        source.camera.color,
-        source.parts,
-        [PartEstimate(name, Status.TRACKED, 1.0, pose) for name, pose in poses],
-    )
-    return Pipeline(source, tracker, draw)
+    estimates = [PartEstimate(name, Status.TRACKED, 1.0, pose) for name, pose in poses]
+    draw_overlay(blank, camera, source.parts, estimates)
 
 
 def _demo(asset: Asset | None, report: Report) -> Path:

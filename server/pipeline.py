@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from snapfit.models.pose import Pose
+from snapfit.tracking.finding.account import FindingAccount
+from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.sources.base import Source
@@ -30,14 +32,40 @@ class Tracker(Protocol):
         """Follows the parts into this frame."""
 
 
+class Finding(Protocol):
+    """Looks for parts beside the tracker; see `SelfStartingTracker`."""
+
+    @property
+    def account(self) -> FindingAccount:
+        """What has become of it so far."""
+
+    def close(self) -> None:
+        """Look no more."""
+
+
 @dataclass(frozen=True)
 class Pipeline:
     """An open source and its tracker.
 
     Attributes:
         draw: draws a result into a copy of its frame's image, (H, W, 3) uint8 BGR.
+        method: its name.
+        finding: looks for the parts, which then need no first pose; None where the tracker starts
+            from the source's initial poses.
+        detector: that it looks with.
+        provider: of ONNX Runtime, in short; None without a network.
     """
 
     source: Source
     tracker: Tracker
     draw: Callable[[Image, TrackingResult], Image]
+    method: str
+    finding: Finding | None = None
+    detector: DetectorName | None = None
+    provider: str | None = None
+
+    def close(self) -> None:
+        """Let go of threads, files and devices."""
+        if self.finding is not None:
+            self.finding.close()
+        self.source.close()

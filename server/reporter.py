@@ -9,7 +9,8 @@ import time
 from collections import deque
 
 from snapfit.server.pose_store import PoseStore
-from snapfit.server.schemas import Phase, StationFacts, WorkerReport
+from snapfit.server.schemas import FindingHealth, Phase, StationFacts, WorkerReport
+from snapfit.tracking.finding.account import FindingAccount
 
 _PERIOD_S = 0.5
 _MEDIAN_OF = 300
@@ -53,6 +54,20 @@ class Reporter:
         if problem not in self._kinds and len(self._kinds) < _KINDS_REMEMBERED:
             self._kinds.add(problem)
             _LOG.warning("frame %s skipped: %s (further ones are only counted)", frame, problem)
+
+    def looked(self, account: FindingAccount) -> None:
+        """Say what has become of looking for parts so far."""
+        look = account.look
+        self._report.finding = FindingHealth(
+            looks=look.looks,
+            failed=look.failed,
+            last_problem=look.last_problem,
+            found=look.found,
+            rejected=dict(look.rejected),
+            started=account.started,
+            dropped=account.dropped,
+            look_ms=None if look.look_ms is None else round(look.look_ms, 3),
+        )
 
     def beat(self) -> None:
         """The loop is alive; publish the counts twice a second."""

@@ -130,9 +130,31 @@ class StationFacts(Schema):
     asset: str | None
     source: str = Field(description="The source's name.")
     method: str = Field(description="The tracking method.")
+    detector: Literal["none", "geometric", "network"] = Field(
+        description="What finds the parts: their shape in the depth image, the asset's network, "
+        "or nothing beside the method."
+    )
+    provider: str | None = Field(
+        description="What runs the network: cpu, cuda, ...; null without one."
+    )
     frame_rate_hz: float
     parts: list[str] = Field(description="The tracked parts.")
     cameras: list[CameraInfo]
+
+
+class FindingHealth(Schema):
+    """How looking for parts goes, counted since the worker started."""
+
+    looks: int = Field(description="Frames that the detector looked into.")
+    failed: int = Field(description="Looks in which it could not work; tracking went on.")
+    last_problem: str | None = Field(description="Why, the last time.")
+    found: int = Field(description="Poses that it proposed.")
+    rejected: dict[str, int] = Field(
+        description="Candidates that gave no pose, by reason; docs/finding.md names them."
+    )
+    started: int = Field(description="How often a part was started where it was found.")
+    dropped: int = Field(description="How often one of them turned out to be wrong at once.")
+    look_ms: float | None = Field(description="How long the last look took, ms.")
 
 
 class WorkerReport(Schema):
@@ -148,6 +170,7 @@ class WorkerReport(Schema):
     frame_ms: float | None = Field(
         default=None, description="Tracking time for a frame, median of the last 300, ms."
     )
+    finding: FindingHealth | None = None
     facts: StationFacts | None = None
 
 
@@ -165,6 +188,7 @@ class WorkerHealth(Schema):
     bad_frames: int
     last_bad_frame: str | None
     frame_ms: float | None
+    finding: FindingHealth | None = Field(description="Null where no detector runs.")
 
 
 class StationInfo(Schema):

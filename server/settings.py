@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic_settings import (
+    BaseSettings,
+    NoDecode,
+    PydanticBaseSettingsSource,
+    SettingsConfigDict,
+)
 
 from snapfit.server.errors import SettingsError
-from snapfit.server.worker_spec import DEMO_SOURCE
+from snapfit.server.worker_spec import AUTO, DEMO_SOURCE
+from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 
@@ -38,10 +44,32 @@ class StationSettings(BaseModel):
         description="The asset under assembly: name of a bundled one, or its folder. Not needed "
         "where the source names it.",
     )
-    method: str = Field(default="icg", min_length=1, description="The tracking method.")
+    method: str = Field(
+        default=AUTO,
+        min_length=1,
+        description="The tracking method; 'auto' is gbot where the parts are those of an asset "
+        "with an assembly graph, else icg.",
+    )
+    detector: DetectorWish = Field(
+        default=AUTO,
+        description="Finds the parts at the start and again where they are lost: 'network' (the "
+        "asset's own), 'geometric' (their shape in the depth image), 'none' (the source brings "
+        "the first poses), 'auto' (the first of these that there is).",
+    )
+    providers: Annotated[tuple[ProviderName, ...], NoDecode] = Field(
+        default=("cpu",),
+        description="What runs the network, the first choice first; what is not there is passed "
+        "over and told in the log, down to the CPU.",
+    )
     stale_after_s: float = Field(
         default=0.5, gt=0, le=60, description="A snapshot older than this is stale, seconds."
     )
+
+    @field_validator("providers", mode="before")
+    @classmethod
+    def _split(cls, value: Any) -> Any:
+        """In the environment the names stand in one line, with commas."""
+        return [name.strip() for name in value.split(",")] if isinstance(value, str) else value
 
 
 class Settings(BaseSettings):
@@ -105,6 +133,20 @@ def make_settings(origin: Path | str, values: dict[str, Any]) -> Settings:
         return Settings(**values)
     except ValidationError as error:
         raise SettingsError(origin, [_problem(detail) for detail in error.errors()]) from error
+
+
+def with_station(settings: Settings, values: dict[str, Any]) -> Settings:
+    """The settings with other values for the station, as the command line gives them.
+
+    Raises:
+        SettingsError: a value is refused.
+    """
+    try:
+        station = StationSettings(**{**settings.station.model_dump(), **values})
+    except ValidationError as error:
+        problems = [_problem(detail) for detail in error.errors()]
+        raise SettingsError("the command line", problems) from error
+    return settings.model_copy(update={"station": station})
 
 
 def _problem(detail: Any) -> str:

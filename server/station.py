@@ -43,6 +43,8 @@ class Station:
             source=settings.source,
             asset=settings.asset,
             method=settings.method,
+            detector=settings.detector,
+            providers=settings.providers,
             boot_id="",
             wall_minus_monotonic_ns=clock.wall_minus_monotonic_ns,
             poses_segment=names.poses,
@@ -160,6 +162,7 @@ class Station:
             bad_frames=report.bad_frames,
             last_bad_frame=report.last_bad_frame,
             frame_ms=report.frame_ms,
+            finding=report.finding,
         )
 
     def _report(self) -> WorkerReport | None:

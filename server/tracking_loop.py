@@ -55,8 +55,9 @@ class TrackingLoop:
         self._store = store
         self._reporter = reporter
         self._clock = clock
-        self._started = False
-        facts = _facts(spec, pipeline)
+        # Who finds the parts by himself needs no first pose: they are `searching` until then.
+        self._started = pipeline.finding is not None
+        facts = _facts(pipeline)
         self._snapshots = SnapshotWriter(
             station=spec.station, asset=facts.asset, boot_id=spec.boot_id, clock=clock
         )
@@ -66,7 +67,7 @@ class TrackingLoop:
             spec.station,
             len(facts.parts),
             facts.asset or facts.source,
-            spec.method,
+            facts.method,
             facts.frame_rate_hz,
         )
 
@@ -119,15 +120,19 @@ class TrackingLoop:
             return
         generation = self._store.snapshots.write(self._snapshots.write(result))
         self._reporter.tracked(result.duration_ms)
+        if self._pipeline.finding is not None:
+            self._reporter.looked(self._pipeline.finding.account)
         pictures.offer(frame, result, generation)
 
 
-def _facts(spec: WorkerSpec, pipeline: Pipeline) -> StationFacts:
+def _facts(pipeline: Pipeline) -> StationFacts:
     source = pipeline.source
     return StationFacts(
         asset=source.asset.name if source.asset else None,
         source=source.name,
-        method=spec.method,
+        method=pipeline.method,
+        detector=pipeline.detector or "none",
+        provider=pipeline.provider,
         frame_rate_hz=source.frame_rate_hz,
         parts=[part.name for part in source.parts if part.tracked],
         cameras=_cameras(source.camera),

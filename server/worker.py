@@ -59,7 +59,7 @@ def _run(spec: WorkerSpec, store: PoseStore, reporter: Reporter, stop: threading
     try:
         TrackingLoop(spec, pipeline, store, reporter, clock).run(stop)
     finally:
-        pipeline.source.close()
+        pipeline.close()
 
 
 def _read_line() -> bytes:

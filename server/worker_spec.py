@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict
+
+from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
 DEFAULT_PIPELINE = "snapfit.server.open_pipeline:open_pipeline"
 
 DEMO_SOURCE = "demo"
 """The source that is no folder but the simulated bench."""
+
+AUTO: Literal["auto"] = "auto"
+"""The method or the detector that suits what there is."""
 
 REFUSED_EXIT_CODE = 3
 """A worker that ends with this was refused by a file or a setting; starting it again is vain."""
@@ -20,7 +27,9 @@ class WorkerSpec(BaseModel):
         station: the station's name.
         source: a folder, or "demo" for the simulated bench.
         asset: name or folder of the asset; None: as the source says.
-        method: the tracking method.
+        method: the tracking method, or "auto".
+        detector: what finds the parts.
+        providers: what runs a network, the first choice first.
         boot_id: names this run.
         wall_minus_monotonic_ns: the server's time line, see `snapfit.server.clock`.
         poses_segment, pictures_segment: names of the pose store.
@@ -33,6 +42,8 @@ class WorkerSpec(BaseModel):
     source: str
     asset: str | None
     method: str
+    detector: DetectorWish = "none"
+    providers: tuple[ProviderName, ...] = ("cpu",)
     boot_id: str
     wall_minus_monotonic_ns: int
     poses_segment: str

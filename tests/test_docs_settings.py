@@ -7,7 +7,7 @@ import os
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 import pytest
 from pydantic import BaseModel
@@ -42,6 +42,8 @@ def bounds(field: FieldInfo) -> str:
                 limits[name] = value
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
     told = [f"{signs[name]} {limits[name]}" for name in signs if name in limits]
+    if choices := choices_of(field.annotation):
+        return ", ".join(f"`{choice}`" for choice in choices)
     if "pattern" in limits:
         told.append(f"`{limits['pattern']}`")
     if "max_length" in limits:
@@ -49,6 +51,13 @@ def bounds(field: FieldInfo) -> str:
     elif "min_length" in limits:
         told.append("not empty")
     return ", ".join(told) or "-"
+
+
+def choices_of(kind: Any) -> tuple[str, ...]:
+    """What a setting is chosen from, or each of its entries."""
+    if get_origin(kind) is Literal:
+        return get_args(kind)
+    return choices_of(get_args(kind)[0]) if get_origin(kind) is tuple else ()
 
 
 def row(key: str, field: FieldInfo) -> str:

@@ -33,3 +33,11 @@ def prepare_threading_layer() -> None:
         ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
     except OSError as error:
         _log.warning("TBB at %s does not load (%s): parallel kernels may be slower", library, error)
+
+
+def keep_to_one_core() -> None:
+    """Have the parallel kernels of the calling thread, and of it alone, run on one core.
+
+    For what goes on beside the tracker: it is in no hurry, and the tracker needs the others.
+    """
+    numba.set_num_threads(1)

@@ -26,6 +26,13 @@ def track(
             "are lost: geometric (their shape in the depth image) or network (the asset's own)."
         ),
     ] = None,
+    provider: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="What runs the network: cpu, cuda, tensorrt, coreml, directml; several times, "
+            "the first choice first."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Write a line of JSON for each frame and part.")
     ] = None,
@@ -36,6 +43,7 @@ def track(
     """Track the parts of a recording, and say how well it went where the truth is known."""
     with clear_errors():
         # The tracker's libraries take seconds to load, and --help needs none of them.
-        from snapfit.server.cli.track_run import run
+        from snapfit.server.cli.track_run import Finding, run
 
-        run(sequence, asset=asset, method=method, detector=detector, out=out, video=video)
+        finding = Finding(detector, tuple(provider or ("cpu",)))
+        run(sequence, asset=asset, method=method, finding=finding, out=out, video=video)

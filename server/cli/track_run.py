@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import TextIO
+from typing import NamedTuple, TextIO
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -26,12 +26,19 @@ from snapfit.tracking.sources import RecordedSource, open_source
 from snapfit.tracking.sources.bad_frames import BadFrames
 
 
+class Finding(NamedTuple):
+    """What finds the parts: a detector, None for the recording's first poses, and what runs it."""
+
+    detector: str | None
+    providers: tuple[str, ...]
+
+
 def run(
     sequence: Path,
     *,
     asset: str | None,
     method: str,
-    detector: str | None,
+    finding: Finding,
     out: Path | None,
     video: Path | None,
 ) -> None:
@@ -51,8 +58,9 @@ def run(
             film = stack.enter_context(closing(VideoFile(video, source.frame_rate_hz, size_px)))
         progress = stack.enter_context(_progress(console))
         bad_frames = BadFrames(lambda error: _tell(progress.console, error))
-        tracker = _make_tracker(method, detector, source, progress)
-        tracked = track_source(source, tracker, bad_frames, finds_parts=detector is not None)
+        tracker = _make_tracker(method, finding, source, progress)
+        finds_parts = finding.detector is not None
+        tracked = track_source(source, tracker, bad_frames, finds_parts=finds_parts)
         evaluations, times_ms = _track(source, tracked, bad_frames, lines, film, progress)
     console.print(_summary(evaluations))
     console.print(_closing_line(len(times_ms), bad_frames.count, times_ms, evaluations))
@@ -83,7 +91,7 @@ def _track(
 
 
 def _make_tracker(
-    method: str, detector: str | None, source: RecordedSource, progress: Progress
+    method: str, finding: Finding, source: RecordedSource, progress: Progress
 ) -> MethodTracker:
     task = progress.add_task("preparing", total=1.0)
 
@@ -92,6 +100,7 @@ def _make_tracker(
 
     camera = source.camera
     tracker: MethodTracker
+    detector, providers = finding
     if detector is None:
         tracker = create_tracker(method, source.parts, camera, show, asset=source.asset)
     elif source.asset is None:
@@ -99,7 +108,7 @@ def _make_tracker(
     else:
         rate_hz = source.frame_rate_hz
         tracker = create_offline(
-            method, detector, source.parts, camera, source.asset, rate_hz, show
+            method, detector, source.parts, camera, source.asset, rate_hz, show, providers
         )
     progress.remove_task(task)
     return tracker

@@ -100,17 +100,20 @@ def on_the_demo() -> list[Figure]:
         first_pose_s = time.perf_counter() - begin_s
         resident_mb = psutil.Process(process.pid).memory_info().rss / 1e6
         in_turns = [(frame_ms(port, 0), frame_ms(port, CLIENTS)) for _ in range(FRAME_ROUNDS)]
-        recovery_s = kill_worker(port)
+        recovery_s, found_again_s = kill_worker(port)
     idle_ms, loaded_ms = (statistics.median(each) for each in zip(*in_turns, strict=True))
     rise = loaded_ms / idle_ms - 1
     return [
         Figure("API answers after", answered_s, "s", "< 2", answered_s < 2),
-        Figure("first pose, second start, after", first_pose_s, "s", "< 10", first_pose_s < 10),
+        Figure(
+            "all parts found, second start, after", first_pose_s, "s", "< 10", first_pose_s < 10
+        ),
         Figure("API resident", resident_mb, "MB", "< 120", resident_mb < 120),
         Figure("frame, nobody asks", idle_ms, "ms", "", None),
         Figure(f"frame, {CLIENTS} clients", loaded_ms, "ms", "", None),
         Figure("rise of the frame time", 100 * rise, "%", "<= 25", rise <= 0.25),
         Figure("fresh again after kill -9", recovery_s, "s", "< 3", recovery_s < 3),
+        Figure("all parts found again after kill -9", found_again_s, "s", "", None),
     ]
 
 
@@ -123,15 +126,28 @@ def frame_ms(port: int, clients: int) -> float:
     return float(worker(port)["frame_ms"])
 
 
-def kill_worker(port: int) -> float:
-    """Seconds from kill -9 to the first fresh snapshot."""
+def kill_worker(port: int) -> tuple[float, float]:
+    """Seconds from kill -9 to the first fresh snapshot, and until all parts are tracked in one."""
     os.kill(worker(port)["pid"], signal.SIGKILL)
     begin_s = time.perf_counter()
     while not json.loads(get(port, "/v1/poses"))["stale"]:
         time.sleep(0.005)
     while json.loads(get(port, "/v1/poses"))["stale"]:
         time.sleep(0.005)
-    return time.perf_counter() - begin_s
+    fresh_s = time.perf_counter() - begin_s
+    wait_until_tracked(port)
+    return fresh_s, time.perf_counter() - begin_s
+
+
+def wait_until_tracked(port: int) -> None:
+    """Until the parts were found: at the start they are searched for."""
+    give_up_at_s = time.perf_counter() + START_LIMIT_S
+    while time.perf_counter() < give_up_at_s:
+        parts = json.loads(get(port, "/v1/poses"))["parts"]
+        if all(part["status"] == "tracked" for part in parts):
+            return
+        time.sleep(0.01)
+    raise RuntimeError(f"no part was found at port {port} within {START_LIMIT_S} s")
 
 
 def worker(port: int) -> dict[str, Any]:
@@ -148,9 +164,10 @@ def load(port: int, connections: int, seconds: float, rate_hz: float = 0) -> dic
 
 @contextmanager
 def demo(port: int) -> Iterator[tuple[subprocess.Popen[bytes], float]]:
-    """`snapfit demo` with its first pose served, and how long the API took to answer."""
+    """`snapfit demo` with all parts found, and how long the API took to answer."""
     with started([SNAPFIT, "demo", "--port", port], port, "/healthz") as it:
         wait_until_answers(port, "/readyz")
+        wait_until_tracked(port)
         yield it
 
 

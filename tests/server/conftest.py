@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+# The fake network.
+sys.path.insert(0, str(Path(__file__).parents[1] / "tracking" / "detection"))
 
 from harness import Server, running
 

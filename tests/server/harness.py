@@ -37,6 +37,11 @@ def wait_for(condition: Callable[[], Any], limit_s: float = 10.0) -> Any:
     raise AssertionError(f"{condition} did not come true within {limit_s} s")
 
 
+def with_tests() -> str:
+    """PYTHONPATH with the scripted pipeline in it, over what it is already."""
+    return os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
+
+
 def segments() -> set[str]:
     return {path.name for path in SHARED_MEMORY.glob("snapfit-*")}
 
@@ -53,7 +58,7 @@ class Server:
         self.port = free_port()
         self.segments_before = segments()
         self.started_at_s = time.monotonic()
-        environment = {**os.environ, "PYTHONPATH": str(HERE), "SCRIPTED_FAULT": fault}
+        environment = {**os.environ, "PYTHONPATH": with_tests(), "SCRIPTED_FAULT": fault}
         self.process = subprocess.Popen(
             [*(command or [sys.executable, str(HERE / "serve_scripted.py")]), str(self.port)],
             env=environment,

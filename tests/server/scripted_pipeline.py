@@ -111,4 +111,4 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         drawn[: len(result.parts)] = 255
         return drawn
 
-    return Pipeline(ScriptedSource(fault), ScriptedTracker(fault), draw)
+    return Pipeline(ScriptedSource(fault), ScriptedTracker(fault), draw, spec.method)

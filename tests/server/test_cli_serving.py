@@ -60,6 +60,17 @@ def test_a_host_that_is_not_here_is_one_clear_line() -> None:
         assert "--host" in done.stderr
 
 
+def test_a_wrong_detector_or_provider_is_one_clear_line(tmp_path: Path) -> None:
+    (tmp_path / "snapfit.toml").write_text("port = 18999")
+    for command in ("demo", "serve"):
+        for option, wrong in (("--detector", "magic"), ("--provider", "abacus")):
+            done = snapfit(command, option, wrong, cwd=tmp_path)
+            assert (done.returncode, done.stdout) == (2, "")
+            assert done.stderr.count("\n") == 1
+            assert "the command line: " in done.stderr
+            assert f"this is '{wrong}'" in done.stderr
+
+
 def test_wrong_settings_are_clear_lines(tmp_path: Path) -> None:
     (tmp_path / "snapfit.toml").write_text("prot = 1")
     done = snapfit("serve", cwd=tmp_path)

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import math
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from found_scene import (
+    FOUND,
+    POSES,
+    UNKNOWN_TO_THE_NETWORK,
+    write_bundle,
+    write_network_that_breaks,
+    write_recording,
+)
 from harness import Server, free_port, wait_for
 
 from snapfit.server.open_pipeline import open_pipeline
@@ -15,6 +28,8 @@ from snapfit.tracking.errors import SourceError
 
 SNAPFIT = str(Path(sys.executable).with_name("snapfit"))
 FIRST_START_LIMIT_S = 180
+
+needs_onnx = pytest.mark.skipif(find_spec("onnx") is None, reason="onnx: snapfit[test]")
 
 
 def test_the_simulated_bench_needs_an_asset() -> None:
@@ -53,19 +68,93 @@ def test_what_a_station_cannot_run_is_told_on_the_command_line(
     assert "Traceback" not in done.stderr
 
 
+def statuses(server: Server) -> dict[str, str]:
+    parts = server.get("/v1/poses").json().get("parts", [])
+    return {part["part"]: part["status"] for part in parts}
+
+
+@contextmanager
+def serving(folder: Path, bundle: Path, **station: str) -> Iterator[Server]:
+    """A station whose source brings no poses, with the network of a bundle."""
+    write_recording(folder / "recording")
+    lines = {"source": "recording", "asset": str(bundle), "detector": "network", **station}
+    text = "\n".join(f"{key} = {json.dumps(value)}" for key, value in lines.items())
+    (folder / "snapfit.toml").write_text(f"[station]\n{text}\n")
+    config = str(folder / "snapfit.toml")
+    server = Server(command=[SNAPFIT, "serve", "--config", config, "--port"])
+    try:
+        wait_for(server.answers)
+        yield server
+    finally:
+        server.end()
+
+
+@needs_onnx
+def test_parts_are_searched_then_tracked(tmp_path: Path) -> None:
+    bundle = write_bundle(tmp_path / "hobby-corner-clamp")
+    with serving(tmp_path, bundle) as server:
+        first = wait_for(lambda: statuses(server), FIRST_START_LIMIT_S)
+        assert set(first.values()) == {"searching"}
+        tracked = dict.fromkeys(FOUND, "tracked")
+        wanted = {**tracked, UNKNOWN_TO_THE_NETWORK: "searching"}
+        wait_for(lambda: statuses(server) == wanted, FIRST_START_LIMIT_S)
+        for part in server.get("/v1/poses").json()["parts"]:
+            if part["part"] in POSES:
+                true = POSES[part["part"]].translation
+                assert math.dist(part["position"], true) < 0.003
+                assert part["confidence"] > 0.9
+            else:
+                assert part["position"] is None
+                assert part["orientation"] is None
+        facts = server.get("/v1/stations/bench-1").json()["facts"]
+        assert (facts["method"], facts["detector"], facts["provider"]) == ("gbot", "network", "cpu")
+        finding = wait_for(lambda: (it := server.worker()["finding"]) and it["started"] and it)
+        assert (finding["failed"], finding["last_problem"]) == (0, None)
+        assert finding["started"] >= len(FOUND)
+        assert finding["found"] >= len(FOUND)
+
+
+@needs_onnx
+def test_a_network_that_breaks_is_counted_and_never_stops_the_station(tmp_path: Path) -> None:
+    bundle = write_bundle(tmp_path / "hobby-corner-clamp")
+    write_network_that_breaks(bundle)
+    with serving(tmp_path, bundle, method="icg") as server:
+        wait_for(lambda: server.get("/readyz").status_code == 200, FIRST_START_LIMIT_S)
+        finding = wait_for(
+            lambda: (it := server.worker()["finding"]) and it["failed"] >= 3 and it, 30
+        )
+        assert "does not run" in finding["last_problem"]
+        assert finding["started"] == 0
+        seq = server.get("/v1/poses").json()["seq"]
+        wait_for(lambda: server.get("/v1/poses").json()["seq"] > seq + 5)
+        assert set(statuses(server).values()) == {"searching"}
+        assert server.worker()["restarts"] == 0
+        code, _, err = server.end()
+    assert code == 0
+    assert err.count("looking for parts failed") == 1
+
+
+@needs_onnx
+def test_a_network_that_is_none_ends_the_server_with_its_path(tmp_path: Path) -> None:
+    bundle = write_bundle(tmp_path / "hobby-corner-clamp")
+    (bundle / "detector.onnx").write_bytes(b"cheese")
+    with serving(tmp_path, bundle, method="icg") as server:
+        server.process.wait(timeout=FIRST_START_LIMIT_S)
+        code, _, err = server.end()
+    assert code == 2
+    assert f"{bundle / 'detector.onnx'}: is no ONNX file that runs" in err
+    assert "Traceback" not in err
+
+
 @pytest.mark.slow
 def test_the_demo_tracks_the_clamp() -> None:
     demo = Server(command=[SNAPFIT, "demo", "--port"])
     try:
         wait_for(demo.answers)
         wait_for(lambda: demo.get("/readyz").status_code == 200, FIRST_START_LIMIT_S)
-        snapshot = demo.get("/v1/poses").json()
-        assert snapshot["asset"] == "hobby-corner-clamp"
-        assert {part["part"]: part["status"] for part in snapshot["parts"]} == {
-            "base": "tracked",
-            "jaw": "tracked",
-            "bolt": "tracked",
-        }
+        assert demo.get("/v1/poses").json()["asset"] == "hobby-corner-clamp"
+        tracked = dict.fromkeys(("base", "jaw", "bolt"), "tracked")
+        wait_for(lambda: statuses(demo) == tracked, FIRST_START_LIMIT_S)
         assert demo.get("/v1/overlay.jpg").content.startswith(b"\xff\xd8")
     finally:
         code, _, err = demo.end()

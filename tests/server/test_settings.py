@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from snapfit.server.errors import SettingsError
-from snapfit.server.settings import Settings, StationSettings, load_settings
+from snapfit.server.settings import Settings, StationSettings, load_settings, with_station
 
 
 def written(folder: Path, text: str) -> Path:
@@ -26,7 +26,9 @@ def test_a_file_over_the_defaults(tmp_path: Path) -> None:
     assert settings.station.name == "b.2"
     assert settings.station.source == str(tmp_path / "recording")
     assert settings.station.asset == "clamp"
-    assert settings.station.method == "icg"
+    assert settings.station.method == "auto"
+    assert settings.station.detector == "auto"
+    assert settings.station.providers == ("cpu",)
 
 
 def test_the_environment_over_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -35,6 +37,26 @@ def test_the_environment_over_the_file(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setenv("SNAPFIT_STATION__NAME", "two")
     settings = load_settings(path)
     assert (settings.port, settings.station.name, settings.station.method) == (9001, "two", "icg")
+
+
+def test_providers_are_a_list_in_the_file_and_a_line_in_the_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, '[station]\ndetector = "network"\nproviders = ["tensorrt", "cuda"]\n')
+    assert load_settings(path).station.providers == ("tensorrt", "cuda")
+    monkeypatch.setenv("SNAPFIT_STATION__PROVIDERS", "coreml, cpu")
+    monkeypatch.setenv("SNAPFIT_STATION__DETECTOR", "geometric")
+    station = load_settings(path).station
+    assert (station.detector, station.providers) == ("geometric", ("coreml", "cpu"))
+
+
+def test_the_command_line_over_all(tmp_path: Path) -> None:
+    settings = load_settings(written(tmp_path, '[station]\nname = "one"\ndetector = "network"\n'))
+    settings = with_station(settings, {"detector": "none", "providers": ["cuda"]})
+    station = settings.station
+    assert (station.name, station.detector, station.providers) == ("one", "none", ("cuda",))
+    with pytest.raises(SettingsError, match="the command line: detector: Input should be 'auto'"):
+        with_station(settings, {"detector": "magic"})
 
 
 @pytest.mark.parametrize(
@@ -47,6 +69,8 @@ def test_the_environment_over_the_file(tmp_path: Path, monkeypatch: pytest.Monke
         ("[station]\nname = 'a/b'", "station.name: String should match pattern"),
         ("[station]\nstale_after_s = 0", "station.stale_after_s: Input should be greater than 0"),
         ("station = 3", "station: "),
+        ("[station]\ndetector = 'magic'", "station.detector: Input should be 'auto', 'none'"),
+        ("[station]\nproviders = ['abacus']", "station.providers.0: Input should be 'cpu', 'cuda'"),
         ("port = ", "is no TOML"),
     ],
 )

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from harness import is_alive, wait_for
+from harness import is_alive, wait_for, with_tests
 
 from snapfit.server.clock import Clock
 from snapfit.server.pose_store import PoseStore
@@ -16,7 +15,7 @@ from snapfit.server.worker_spec import WorkerSpec
 
 @pytest.fixture
 def store(monkeypatch: pytest.MonkeyPatch) -> Iterator[PoseStore]:
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    monkeypatch.setenv("PYTHONPATH", with_tests())
     it = PoseStore.create()
     yield it
     it.close()

@@ -84,6 +84,8 @@ class Detector:
         names: of the parts that it can find.
         camera: whose images it is for.
         input_size: width and height of the network's input, px.
+        provider: of ONNX Runtime that runs the network.
+        rejected: candidates that gave no pose, by reason; counted since it was made.
     """
 
     def __init__(
@@ -117,6 +119,8 @@ class Detector:
         self._model = OnnxModel(
             folder / ONNX_NAME, card, providers=settings.providers, threads=settings.threads
         )
+        self.provider = self._model.provider
+        self.rejected: Counter[str] = Counter()
         self.camera = camera
         image = camera.color.width, camera.color.height
         meant = card.input_width_px, card.input_height_px
@@ -148,6 +152,7 @@ class Detector:
             elif each is not None:
                 found.append(each)
         found.sort(key=lambda each: -each.confidence)
+        self.rejected.update(rejected)
         duration_ms = 1e3 * (time.perf_counter() - begin)
         return Detections(frame.name, tuple(found), dict(rejected), duration_ms)
 

@@ -22,6 +22,20 @@ class Assignment:
         self._shapes = {body.name: body.mesh.digest for body in bodies}
         self._taken = TakenPlaces(bodies)
 
+    def found_as(self, findable: Sequence[str]) -> dict[str, tuple[str, ...]]:
+        """By part, the names under which a finder finds it: its own, or those of its like.
+
+        None for parts that it cannot find.
+
+        Args:
+            findable: names of the parts that the finder knows.
+        """
+        alike = {
+            name: tuple(each for each in findable if self._shapes.get(each) == shape)
+            for name, shape in self._shapes.items()
+        }
+        return {name: (name,) if name in findable else alike[name] for name in self._shapes}
+
     def assign(
         self,
         hypotheses: Sequence[Hypothesis],

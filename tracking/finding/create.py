@@ -2,27 +2,41 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
-from typing import Literal, get_args
+from typing import get_args
 
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import RgbdCamera
+from snapfit.models.detector.card import ONNX_NAME
+from snapfit.models.errors import DetectorError
 from snapfit.tracking.body import Body
 from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.finding.catch_up import CatchUpThread, ImmediateCatchUp
 from snapfit.tracking.finding.finder import Finder
-from snapfit.tracking.finding.lookout import DelayedLookout
+from snapfit.tracking.finding.lookout import DelayedLookout, LookoutThread
+from snapfit.tracking.finding.names import DetectorName
+from snapfit.tracking.finding.parameters import SelfStartParameters
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
 from snapfit.tracking.methods import Progress, create_tracker
 from snapfit.tracking.tracker import Tracker
 
-DetectorName = Literal["geometric", "network"]
+_LOG = logging.getLogger(__name__)
+
 DETECTORS: tuple[DetectorName, ...] = get_args(DetectorName)
 
 _LATENCY_S = {"geometric": 1.0, "network": 0.1}
+# While all is seen, a look now and then is enough; it costs a core for as long as it takes.
+_EVERY_S = {"geometric": 3.0, "network": 1.0}
 
 
 def create_finder(
-    detector: str, parts: Sequence[Part], bodies: Sequence[Body], camera: RgbdCamera, asset: Asset
+    detector: str,
+    parts: Sequence[Part],
+    bodies: Sequence[Body],
+    camera: RgbdCamera,
+    asset: Asset | None,
+    providers: Sequence[str] = ("cpu",),
 ) -> Finder:
     """A finder by its name.
 
@@ -30,10 +44,11 @@ def create_finder(
         detector: one of `DETECTORS`: by shape in the depth image, or the asset's own network.
         parts, bodies: that are to be found, in one order.
         camera: where the frames come from.
-        asset: in whose folder the network lies.
+        asset: in whose folder the network lies; the geometric detector needs none.
+        providers: what runs a network, the first choice first; see `PROVIDERS` of the detection.
 
     Raises:
-        TrackingError: there is no such detector, or it cannot be used here.
+        TrackingError: there is no such detector or provider, or it cannot be used here.
         DetectorError: the asset has no network, or one that does not fit.
     """
     # Open3D and ONNX Runtime take seconds to load, and only one of them is used.
@@ -44,9 +59,23 @@ def create_finder(
     if detector == "network":
         from snapfit.tracking.detection.detector import Detector
         from snapfit.tracking.detection.parameters import DetectorParameters, RangeParameters
+        from snapfit.tracking.detection.providers import providers_here
 
-        settings = DetectorParameters(range=RangeParameters(), threads=1)
-        return Detector(asset.directory, parts, camera, settings)
+        if asset is None:
+            raise TrackingError("a network lies in an asset's bundle: name an asset")
+        path = asset.directory / ONNX_NAME
+        if not path.is_file():
+            problem = f"is missing: snapfit train {asset.name} makes one; or choose geometric"
+            raise DetectorError(path, problem)
+        # One thread: the network looks beside the tracker. With a thread a core it would take
+        # every core for a tenth of a second, and frames would come late; nobody waits for it.
+        settings = DetectorParameters(
+            range=RangeParameters(), providers=providers_here(providers), threads=1
+        )
+        finder = Detector(asset.directory, parts, camera, settings)
+        if finder.provider != settings.providers[0]:
+            _LOG.warning("%s does not start: %s runs", settings.providers[0], finder.provider)
+        return finder
     raise _unknown(detector)
 
 
@@ -58,6 +87,7 @@ def create_offline(
     asset: Asset,
     frame_rate_hz: float,
     progress: Progress | None = None,
+    providers: Sequence[str] = ("cpu",),
 ) -> SelfStartingTracker:
     """A tracker for a recording that is read as fast as it goes, the same in each run.
 
@@ -71,14 +101,40 @@ def create_offline(
     """
     if detector not in DETECTORS:
         raise _unknown(detector)
-    tracker = create_tracker(method, parts, camera, progress, asset=asset)
+    tracker = _follower(method, create_tracker(method, parts, camera, progress, asset=asset))
+    finder = create_finder(detector, parts, tracker.bodies, camera, asset, providers)
+    delay_frames = max(1, round(_LATENCY_S[detector] * frame_rate_hz))
+    catch_up = ImmediateCatchUp(Tracker(tracker.bodies, camera))
+    return SelfStartingTracker(
+        tracker, parts, DelayedLookout(finder, delay_frames), catch_up=catch_up
+    )
+
+
+def create_live(
+    tracker: Tracker, finder: Finder, detector: str, parts: Sequence[Part], frame_rate_hz: float
+) -> SelfStartingTracker:
+    """A tracker for a camera: it never waits for the finder, which has threads of its own.
+
+    Args:
+        tracker: that follows the parts.
+        finder: that looks for them, of the kind `detector`.
+        parts: that are followed, in order.
+        frame_rate_hz: of the camera.
+    """
+    every_frames = max(1, round(_EVERY_S[detector] * frame_rate_hz))
+    return SelfStartingTracker(
+        tracker,
+        parts,
+        LookoutThread(finder),
+        SelfStartParameters(every_frames=every_frames),
+        CatchUpThread(Tracker(tracker.bodies, tracker.camera)),
+    )
+
+
+def _follower(method: str, tracker: object) -> Tracker:
     if not isinstance(tracker, Tracker):
         raise TrackingError(f"{method} finds the parts in every frame: it needs no detector beside")
-    finder = create_finder(detector, parts, tracker.bodies, camera, asset)
-    delay_frames = max(1, round(_LATENCY_S[detector] * frame_rate_hz))
-    lookout = DelayedLookout(finder, delay_frames)
-    follower = Tracker(tracker.bodies, camera)
-    return SelfStartingTracker(tracker, parts, lookout, follower=follower)
+    return tracker
 
 
 def _unknown(detector: str) -> TrackingError:

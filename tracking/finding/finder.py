@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from snapfit.models.pose import Pose
 from snapfit.tracking.frame import Frame
@@ -18,11 +18,13 @@ class Hypothesis:
         part: its name.
         camera_from_body: the pose; of a symmetric part one that looks the same.
         score: how sure it is, 0 to 1; comparable among the hypotheses of one finder.
+        is_refined: whether the tracker's own optimiser has refined it.
     """
 
     part: str
     camera_from_body: Pose
     score: float
+    is_refined: bool = False
 
 
 class Finder(Protocol):
@@ -45,3 +47,11 @@ class Finder(Protocol):
             FrameError: the frame does not fit the camera.
             TrackingError: a part that this finder does not know, or it cannot work at all.
         """
+
+
+@runtime_checkable
+class CountsRejections(Protocol):
+    """A finder that tells what it did not report."""
+
+    rejected: Mapping[str, int]
+    """Candidates that gave no hypothesis since it was made, by reason."""

@@ -45,7 +45,8 @@ def in_order(fits: Sequence[Fit]) -> list[Hypothesis]:
     chosen = list(placed.values())
     rest = [fit for fit in ordered if fit not in chosen and _is_open(fit, chosen)]
     return [
-        Hypothesis(fit.part, fit.found.camera_from_body, fit.found.score) for fit in chosen + rest
+        Hypothesis(fit.part, fit.found.camera_from_body, fit.found.score, is_refined=True)
+        for fit in chosen + rest
     ]
 
 

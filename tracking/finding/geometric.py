@@ -51,6 +51,7 @@ class GeometricFinder:
     Attributes:
         names: of the parts.
         camera: where the frames come from.
+        rejected: poses that were not convincing, by reason; counted since it was made.
     """
 
     def __init__(
@@ -80,6 +81,7 @@ class GeometricFinder:
         self._parameters = parameters or GeometricParameters()
         self.names = tuple(body.name for body in bodies)
         self.camera = camera
+        self.rejected: Counter[str] = Counter()
         self._depth_camera = camera.depth
         self._depth_from_color = camera.color_from_depth.inverse()
         self._bodies = {body.name: body for body in bodies}
@@ -141,7 +143,13 @@ class GeometricFinder:
             known = best.get(cluster.pieces)
             if found is not None and (known is None or found.worth > known.found.worth):
                 best[cluster.pieces] = Fit(name, self._shapes[name], cluster, found)
-        return [fit for fit in best.values() if self._convinces(scene, name, fit.found)]
+        convincing = []
+        for fit in best.values():
+            if (objection := self._objection(scene, name, fit.found)) is None:
+                convincing.append(fit)
+            else:
+                self.rejected[objection] += 1
+        return convincing
 
     def _proposals(self, scene: Scene, name: str) -> list[tuple[Cluster, Pose]]:
         """Poses of a part that are worth refining, `camera_from_body`, with what they explain."""
@@ -161,13 +169,14 @@ class GeometricFinder:
         likely.sort(key=lambda each: each[0])
         return [(cluster, pose) for _, cluster, pose in likely[: p.tried]]
 
-    def _convinces(self, scene: Scene, name: str, found: Refined) -> bool:
-        """Whether a pose can be told: false ones are worse than none."""
+    def _objection(self, scene: Scene, name: str, found: Refined) -> str | None:
+        """Why a pose cannot be told, None if it can: false ones are worse than none."""
         p, evidence = self._parameters, found.evidence
         if scene.plane is not None:
             pose = self._depth_from_color @ found.camera_from_body
             heights_m = scene.plane.heights_m(pose.transform(self._bodies[name].mesh.vertices))
             if heights_m.min() < -p.deepest_m:
-                return False
-        enough = evidence.lines + evidence.points >= p.least_evidence
-        return enough and found.score >= p.least_score
+                return "below_bench"
+        if evidence.lines + evidence.points < p.least_evidence:
+            return "little_evidence"
+        return None if found.score >= p.least_score else "low_score"

@@ -5,15 +5,18 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from snapfit.models.errors import SnapfitError
-from snapfit.tracking.finding.finder import Finder, Hypothesis
+from snapfit.tracking.finding.account import LookAccount
+from snapfit.tracking.finding.finder import CountsRejections, Finder, Hypothesis
 from snapfit.tracking.frame import Frame
+from snapfit.tracking.threads import keep_to_one_core
 
 _LOG = logging.getLogger(__name__)
+_PROBLEMS_REMEMBERED = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,16 +28,24 @@ class Found:
         hypotheses: where parts may be; none where it failed.
         duration_ms: how long it took.
         problem: why it failed; None where it did not.
+        rejected: candidates that gave no hypothesis since the finder was made, by reason.
     """
 
     frame: str
     hypotheses: tuple[Hypothesis, ...]
     duration_ms: float
     problem: str | None = None
+    rejected: Mapping[str, int] = field(default_factory=dict)
 
 
 class Lookout(Protocol):
     """Takes a frame when it has time, and has an answer later."""
+
+    names: tuple[str, ...]
+    """Of the parts that it can look for."""
+
+    account: LookAccount
+    """What has become of it so far."""
 
     def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
         """Look into a frame for parts; False, and nothing is done, while it is busy."""
@@ -53,7 +64,24 @@ def look(finder: Finder, frame: Frame, wanted: Collection[str]) -> Found:
         hypotheses, problem = tuple(finder.find(frame, wanted)), None
     except SnapfitError as error:
         hypotheses, problem = (), str(error)
-    return Found(frame.name, hypotheses, 1e3 * (time.perf_counter() - begin), problem)
+    duration_ms = 1e3 * (time.perf_counter() - begin)
+    rejected = dict(finder.rejected) if isinstance(finder, CountsRejections) else {}
+    _LOG.debug("frame %s: %d finds, rejected so far: %s", frame.name, len(hypotheses), rejected)
+    return Found(frame.name, hypotheses, duration_ms, problem, rejected)
+
+
+def _entered(account: LookAccount, found: Found) -> LookAccount:
+    """The account with one look more."""
+    account = replace(
+        account,
+        looks=account.looks + 1,
+        found=account.found + len(found.hypotheses),
+        rejected=found.rejected,
+        look_ms=found.duration_ms,
+    )
+    if found.problem is None:
+        return account
+    return replace(account, failed=account.failed + 1, last_problem=found.problem)
 
 
 class DelayedLookout:
@@ -65,6 +93,7 @@ class DelayedLookout:
     """
 
     def __init__(self, finder: Finder, delay_frames: int) -> None:
+        self.names, self.account = finder.names, LookAccount()
         self._finder, self._delay_frames = finder, delay_frames
         self._found: Found | None = None
         self._left = 0
@@ -74,6 +103,7 @@ class DelayedLookout:
         if self._found is not None:
             return False
         self._found, self._left = look(self._finder, frame, wanted), self._delay_frames
+        self.account = _entered(self.account, self._found)
         return True
 
     def take(self) -> Found | None:
@@ -96,12 +126,13 @@ class LookoutThread:
     """
 
     def __init__(self, finder: Finder) -> None:
+        self.names, self.account = finder.names, LookAccount()
         self._finder = finder
         self._changed = threading.Condition()
         self._task: tuple[Frame, tuple[str, ...]] | None = None
         self._found: Found | None = None
         self._is_busy = self._is_closed = False
-        self._problem = ""
+        self._problems: set[str] = set()
         self._thread = threading.Thread(target=self._run, name="lookout", daemon=True)
         self._thread.start()
 
@@ -118,10 +149,6 @@ class LookoutThread:
         """As in `Lookout`."""
         with self._changed:
             found, self._found = self._found, None
-        if found is not None and (found.problem or "") != self._problem:
-            self._problem = found.problem or ""
-            if self._problem:
-                _LOG.warning("looking for parts failed: %s", self._problem)
         return found
 
     def close(self) -> None:
@@ -132,12 +159,35 @@ class LookoutThread:
         self._thread.join()
 
     def _run(self) -> None:
+        keep_to_one_core()
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._is_closed or self._task is not None)
                 if self._is_closed or self._task is None:
                     return
                 (frame, wanted), self._task = self._task, None
-            found = look(self._finder, frame, wanted)
+            found = self._look(frame, wanted)
+            self.account = _entered(self.account, found)
             with self._changed:
                 self._found, self._is_busy = found, False
+
+    def _look(self, frame: Frame, wanted: Collection[str]) -> Found:
+        """One look; whatever goes wrong is told once, and the thread goes on."""
+        try:
+            found = look(self._finder, frame, wanted)
+        except Exception as error:  # noqa: BLE001  # tracking never stops for it
+            problem = f"{type(error).__name__}: {error}"
+            if self._is_new(problem):
+                _LOG.exception("looking for parts failed: a bug (further ones are only counted)")
+            return Found(frame.name, (), 0.0, problem)
+        if found.problem is not None and self._is_new(found.problem):
+            _LOG.warning(
+                "looking for parts failed: %s (further ones are only counted)", found.problem
+            )
+        return found
+
+    def _is_new(self, problem: str) -> bool:
+        if problem in self._problems or len(self._problems) >= _PROBLEMS_REMEMBERED:
+            return False
+        self._problems.add(problem)
+        return True

@@ -23,5 +23,6 @@ def open3d() -> Any:
         raise TrackingError(
             f"the geometric detector needs Open3D, which cannot be imported: {error}. Install it "
             "with `pip install open3d-cpu` (Linux on x86-64) or `pip install open3d`; on Linux it "
-            "needs libraries of the system too: `apt-get install libgl1 libegl1 libx11-6 libgomp1`"
+            "needs libraries of the system too: `apt-get install libgl1 libegl1 libx11-6 libgomp1 "
+            "libusb-1.0-0`"
         ) from error

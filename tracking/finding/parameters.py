@@ -1,4 +1,4 @@
-"""The numeric parameters of the geometric finder."""
+"""The numeric parameters of the geometric finder, and of a tracker that finds its parts."""
 
 from __future__ import annotations
 
@@ -89,3 +89,29 @@ class GeometricParameters:
     least_score: float = 0.7
     least_evidence: int = 100
     deepest_m: float = 0.008
+
+
+@dataclass(frozen=True)
+class SelfStartParameters:
+    """When parts are looked for, and when they count as found.
+
+    Attributes:
+        every_frames: how often the finder looks while all parts are seen.
+        trial_frames: so long after its start a part is on trial: ...
+        least_confidence: ... with less than this it is searched for again.
+        sure_confidence: of a part that is seen; others are looked for at once.
+        same_m, same_rad: a find that is no farther from where a part is seen tells nothing new.
+        given_up_frames: so long lost, a part starts where it is found, as if it had never been
+            seen: its colours may have changed with the light. Until then a find is tried out only.
+        doubt_frames: where the tracker cannot try poses out, a part that is seen badly for so long
+            starts where it is found.
+    """
+
+    every_frames: int = 10
+    trial_frames: int = 5
+    least_confidence: float = 0.5
+    sure_confidence: float = 0.5
+    same_m: float = 0.01
+    same_rad: float = 0.17
+    given_up_frames: int = 90
+    doubt_frames: int = 10

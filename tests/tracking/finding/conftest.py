@@ -1,13 +1,19 @@
 """A drawn bench with parts on it, whose poses are known."""
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from bench import CAMERA, NORMAL
+
 from snapfit.models.asset import Part, find_asset
-from snapfit.models.camera import AZURE_KINECT_720P, PinholeCamera, RgbdCamera
+from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.models.rasteriser import render
 from snapfit.tracking.body import Body, load_bodies
@@ -15,9 +21,6 @@ from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.open3d_module import open3d
 from snapfit.tracking.frame import Frame
 
-CAMERA = RgbdCamera(AZURE_KINECT_720P, AZURE_KINECT_720P)
-# The bench in the colour camera's frame: 45 degrees below it, 0.42 m away.
-NORMAL = np.array([0.0, -1.0, -1.0]) / np.sqrt(2)
 OFFSET_M = 0.42
 
 Draw = Callable[..., Frame]

@@ -1,8 +1,10 @@
 """Parts are found by themselves, again after they were lost, and never by believing a detector."""
 
+import threading
 import time
 from collections.abc import Collection
 from dataclasses import replace
+from typing import ClassVar
 
 import pytest
 
@@ -11,6 +13,7 @@ from snapfit.models.camera import AZURE_KINECT_720P, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import load_bodies
 from snapfit.tracking.errors import TrackingError
+from snapfit.tracking.finding.catch_up import CatchUpThread, ImmediateCatchUp
 from snapfit.tracking.finding.finder import Hypothesis
 from snapfit.tracking.finding.lookout import DelayedLookout, LookoutThread
 from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
@@ -109,7 +112,7 @@ def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(parts, 
         create_tracker("gbot-without-graph", parts[:1], CAMERA),
         parts[:1],
         DelayedLookout(finder, 15),
-        follower=Tracker(load_bodies(parts[:1]), CAMERA),
+        catch_up=ImmediateCatchUp(Tracker(load_bodies(parts[:1]), CAMERA)),
     )
     for number in range(18):
         frame = draw(parts[:1], at(number), name=str(number))
@@ -174,6 +177,89 @@ def test_a_finder_that_fails_is_told_and_tracking_goes_on(parts, draw, caplog) -
         tracker.close()
     assert statuses == {Status.SEARCHING}
     assert "made of cheese" in caplog.text
+
+
+def test_tracking_does_not_wait_for_a_finder_that_takes_long(parts, draw) -> None:
+    class Slow(FakeFinder):
+        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+            begun.set()
+            assert may_end.wait(60)
+            return super().find(frame, wanted)
+
+    begun, may_end = threading.Event(), threading.Event()
+    poses = {"jaw": HERE}
+    tracker = SelfStartingTracker(
+        create_tracker("gbot-without-graph", parts[:1], CAMERA),
+        parts[:1],
+        LookoutThread(Slow(poses)),
+        catch_up=CatchUpThread(Tracker(load_bodies(parts[:1]), CAMERA)),
+    )
+    frame = draw(parts[:1], poses)
+    try:
+        assert tracker.track(frame).parts[0].status is Status.SEARCHING
+        assert begun.wait(60)
+        statuses = {tracker.track(frame).parts[0].status for _ in range(30)}
+        assert statuses == {Status.SEARCHING}
+        may_end.set()
+        until_s = time.monotonic() + 60
+        while (estimate := tracker.track(frame).parts[0]).status is Status.SEARCHING:
+            assert time.monotonic() < until_s
+            time.sleep(0.01)
+    finally:
+        may_end.set()
+        tracker.close()
+    assert estimate.camera_from_body.distance_to(HERE) < 0.002
+    assert (tracker.account.started, tracker.account.dropped) == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [(TrackingError("no keypoints"), "no keypoints"), (ZeroDivisionError("oh"), "Traceback")],
+)
+def test_looks_that_fail_are_counted_and_told_once(draw, parts, caplog, error, told) -> None:
+    class Failing(FakeFinder):
+        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+            del frame, wanted
+            raise error
+
+    lookout = LookoutThread(Failing({"jaw": HERE}))
+    frame = draw(parts[:1], {"jaw": HERE})
+    for _ in range(3):
+        assert lookout.offer(frame, ["jaw"])
+        until_s = time.monotonic() + 10
+        while (found := lookout.take()) is None:
+            assert time.monotonic() < until_s
+            time.sleep(0.01)
+        assert found.hypotheses == ()
+    lookout.close()
+    account = lookout.account
+    assert (account.looks, account.failed, account.found) == (3, 3, 0)
+    assert str(error) in account.last_problem
+    assert told in caplog.text
+    assert caplog.text.count("looking for parts failed") == 1
+
+
+def test_what_a_finder_rejects_is_counted(draw, parts) -> None:
+    class Choosy(FakeFinder):
+        rejected: ClassVar[dict[str, int]] = {"few_inliers": 2}
+
+    lookout = DelayedLookout(Choosy({"jaw": HERE}), 1)
+    assert lookout.offer(draw(parts[:1], {"jaw": HERE}), ["jaw"])
+    assert (lookout.account.looks, lookout.account.found) == (1, 1)
+    assert lookout.account.rejected == {"few_inliers": 2}
+
+
+def test_a_finder_is_asked_for_what_it_knows(parts, draw) -> None:
+    """The twin is found as the jaw; the stranger is nobody it could find."""
+    stranger = replace(find_asset("hobby-corner-clamp").tracked_parts[2], name="stranger")
+    poses = {"jaw": HERE, "twin": THERE, "stranger": Pose.from_translation(0, 0.1, 0.7)}
+    finder = FakeFinder({"jaw": HERE})
+    tracker = tracker_of([*parts, stranger], finder, delay_frames=1)
+    frame = draw([*parts, stranger], poses)
+    statuses = {each.part: each.status for _ in range(4) for each in tracker.track(frame).parts}
+    assert {name for asked in finder.asked for name in asked} == {"jaw"}
+    assert statuses["jaw"] is Status.TRACKED
+    assert statuses["stranger"] is Status.SEARCHING
 
 
 def test_the_thread_takes_one_frame_at_a_time(parts, draw) -> None:

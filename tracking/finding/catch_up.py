@@ -1,0 +1,212 @@
+"""Parts that start: from the frame in which they were found to where they are now.
+
+A finder takes a second, and a part in a hand goes far in a second. So another tracker follows it
+through the frames that came meanwhile, before the tracker proper takes it over.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from snapfit.models.errors import SnapfitError
+from snapfit.models.pose import Pose
+from snapfit.tracking.frame import Frame
+from snapfit.tracking.result import Status, TrackingResult
+from snapfit.tracking.threads import keep_to_one_core
+from snapfit.tracking.tracker import Tracker
+
+_LOG = logging.getLogger(__name__)
+_LEAST_CONFIDENCE = 0.5
+_MOST_FRAMES = 150
+"""Who is not there after so many frames never will be: this machine is too slow for it."""
+
+
+class CatchUp(Protocol):
+    """Follows parts to the newest frame, one group at a time."""
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a group is followed, or was and has not been taken yet."""
+
+    def begin(
+        self, frames: Sequence[Frame], starts: Mapping[str, Pose], *, are_rough: bool
+    ) -> None:
+        """Follow parts.
+
+        Args:
+            frames: at least one; the parts were found in the first.
+            starts: `camera_from_body` by part, there.
+            are_rough: as in `Tracker.start`.
+        """
+
+    def add(self, frame: Frame) -> None:
+        """A newer frame, while it is busy."""
+
+    def take(self) -> Mapping[str, Pose] | None:
+        """Where the parts are in the newest frame, once; None while they are followed.
+
+        Those that could not be followed are left out.
+        """
+
+    def close(self) -> None:
+        """Follow no more."""
+
+
+class ImmediateCatchUp:
+    """Follows at once, while the tracker waits: for recordings, the same in each run.
+
+    Args:
+        follower: of the same parts as the tracker, and used here alone.
+    """
+
+    def __init__(self, follower: Tracker) -> None:
+        self._pursuit = _Pursuit(follower)
+        self._poses: Mapping[str, Pose] | None = None
+
+    @property
+    def is_busy(self) -> bool:
+        """As in `CatchUp`."""
+        return self._poses is not None
+
+    def begin(
+        self, frames: Sequence[Frame], starts: Mapping[str, Pose], *, are_rough: bool
+    ) -> None:
+        """As in `CatchUp`."""
+        self._pursuit.start(frames[0], starts, are_rough=are_rough)
+        for frame in frames[1:]:
+            self._pursuit.follow(frame)
+        self._poses = self._pursuit.poses()
+
+    def add(self, frame: Frame) -> None:
+        """As in `CatchUp`; there is nothing left to do."""
+
+    def take(self) -> Mapping[str, Pose] | None:
+        """As in `CatchUp`."""
+        poses, self._poses = self._poses, None
+        return poses
+
+    def close(self) -> None:
+        """Nothing runs."""
+
+
+class CatchUpThread:
+    """Follows in a thread of its own: the tracker never waits.
+
+    Args:
+        follower: of the same parts as the tracker, and used in that thread alone.
+    """
+
+    def __init__(self, follower: Tracker) -> None:
+        self._pursuit = _Pursuit(follower)
+        self._changed = threading.Condition()
+        self._begun: tuple[Mapping[str, Pose], bool] | None = None
+        self._frames: list[Frame] = []
+        self._poses: Mapping[str, Pose] | None = None
+        self._is_busy = False
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="catch-up", daemon=True)
+        self._thread.start()
+
+    @property
+    def is_busy(self) -> bool:
+        """As in `CatchUp`."""
+        return self._is_busy
+
+    def begin(
+        self, frames: Sequence[Frame], starts: Mapping[str, Pose], *, are_rough: bool
+    ) -> None:
+        """As in `CatchUp`."""
+        with self._changed:
+            self._frames, self._begun, self._is_busy = list(frames), (starts, are_rough), True
+            self._changed.notify()
+
+    def add(self, frame: Frame) -> None:
+        """As in `CatchUp`."""
+        with self._changed:
+            if self._is_busy and self._poses is None:
+                self._frames.append(frame)
+
+    def take(self) -> Mapping[str, Pose] | None:
+        """As in `CatchUp`."""
+        with self._changed:
+            poses, self._poses = self._poses, None
+            if poses is not None:
+                self._is_busy = False
+        return poses
+
+    def close(self) -> None:
+        """As in `CatchUp`; waits for the frame that is in work."""
+        with self._changed:
+            self._closed.set()
+            self._changed.notify()
+        self._thread.join()
+
+    def _run(self) -> None:
+        keep_to_one_core()
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed.is_set() or self._begun is not None)
+                if self._closed.is_set() or self._begun is None:
+                    return
+                (starts, are_rough), self._begun = self._begun, None
+            poses: Mapping[str, Pose] = {}
+            try:
+                poses = self._followed(starts, are_rough=are_rough)
+            except Exception:  # noqa: BLE001  # a bug here costs a start, and tracking goes on
+                _LOG.exception("following parts that were found failed")
+            with self._changed:
+                self._poses, self._frames = poses, []
+
+    def _followed(self, starts: Mapping[str, Pose], *, are_rough: bool) -> Mapping[str, Pose]:
+        n_followed = 0
+        while not self._closed.is_set():
+            with self._changed:
+                frames, self._frames = self._frames, []
+            if not frames or n_followed > _MOST_FRAMES:
+                break
+            for frame in frames:
+                if self._closed.is_set():
+                    break
+                if n_followed == 0:
+                    self._pursuit.start(frame, starts, are_rough=are_rough)
+                else:
+                    self._pursuit.follow(frame)
+                n_followed += 1
+        return self._pursuit.poses()
+
+
+class _Pursuit:
+    """A tracker that begins anew with each group of parts."""
+
+    def __init__(self, follower: Tracker) -> None:
+        self._follower = follower
+        self._parts: Mapping[str, Pose] = {}
+        self._result: TrackingResult | None = None
+
+    def start(self, frame: Frame, starts: Mapping[str, Pose], *, are_rough: bool) -> None:
+        for name in self._follower.names:
+            self._follower.stop(name)
+        self._parts, self._result = starts, None
+        try:
+            self._follower.start(frame, starts, are_rough=are_rough)
+            self._result = self._follower.track(frame)
+        except SnapfitError as error:
+            _LOG.warning("parts that were found cannot be started: %s", error)
+
+    def follow(self, frame: Frame) -> None:
+        if self._result is not None:
+            self._result = self._follower.track(frame)
+
+    def poses(self) -> Mapping[str, Pose]:
+        """Where the parts are that are seen well."""
+        if self._result is None:
+            return {}
+        return {
+            each.part: each.camera_from_body
+            for each in self._result.parts
+            if each.part in self._parts and each.camera_from_body is not None
+            if each.status is Status.TRACKED and each.confidence >= _LEAST_CONFIDENCE
+        }
