@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
+from snapfit.models.asset import Asset
+from snapfit.models.detector.card import CARD_NAME, ONNX_NAME
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.methods import METHODS
 
@@ -35,6 +38,19 @@ def summary(method: str) -> str:
 def needs_true_state(method: str) -> bool:
     """Whether a method is told the true assembly state of each frame: it tracks one structure."""
     return bool(getattr(entry(method), "needs_true_state", False))
+
+
+def starts_cold(method: str) -> bool:
+    """Whether a method is given no first poses: it finds the parts by itself."""
+    return bool(getattr(METHODS.get(method), "is_cold", False))
+
+
+def weights(method: str, asset: Asset | None) -> tuple[Path, ...]:
+    """Files of the network that a method uses of an asset; none for one without a network."""
+    folder = getattr(entry(method), "network", None)
+    if folder is None or asset is None:
+        return ()
+    return tuple(asset.directory / folder / name for name in (ONNX_NAME, CARD_NAME))
 
 
 def ablations(methods: Sequence[str]) -> dict[str, tuple[str, ...]]:

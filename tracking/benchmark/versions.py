@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def code_version(method: str) -> str:
 
 def imported_files(roots: tuple[str, ...] = _ROOTS) -> set[Path]:
     """Our files that these modules of the benchmark import, directly or not."""
-    return _reached([Path(__file__).with_name(f"{name}.py") for name in roots])
+    return _reached([Path(__file__).resolve().with_name(f"{name}.py") for name in roots])
 
 
 def _reached(waiting: list[Path]) -> set[Path]:
@@ -72,12 +72,29 @@ def data_version(recording: Recording) -> str:
     return sha.hexdigest()[:16]
 
 
+def input_version(data: str, files: Sequence[Path]) -> str:
+    """A digest of what a method is given: the sequence, and the network that it uses of the asset.
+
+    Args:
+        data: from `data_version`.
+        files: of the network, from `roster.weights`; without any it is that of the sequence alone.
+    """
+    if not files:
+        return data
+    sha = hashlib.sha256(data.encode())
+    for path in files:
+        sha.update(path.name.encode())
+        # Without the file there is no run: the method says so when it is made.
+        sha.update(hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b"")
+    return sha.hexdigest()[:16]
+
+
 @lru_cache
 def _module_version(module: str) -> str:
     """A digest of a module that one method alone loads, and of all that it imports."""
     sha = hashlib.sha256()
-    for path in sorted(_reached([_HOUSE.joinpath(*module.split(".")[1:]).with_suffix(".py")])):
-        sha.update(f"{path.relative_to(_HOUSE)}{_code_of(path)}".encode())
+    for path in sorted(_reached([_file_of(module)])):
+        sha.update(f"{path.relative_to(_HOUSE)}{_versioned(path)}".encode())
     return sha.hexdigest()
 
 
@@ -86,9 +103,17 @@ def _shared_version(roots: tuple[str, ...]) -> str:
     """A digest of the code of all methods; read once, as it was loaded."""
     sha = hashlib.sha256()
     for path in sorted(imported_files(roots)):
-        text = "" if path == _METHODS else _code_of(path)
-        sha.update(f"{path.relative_to(_HOUSE)}{text}".encode())
+        sha.update(f"{path.relative_to(_HOUSE)}{_versioned(path)}".encode())
     return sha.hexdigest()
+
+
+def _file_of(module: str) -> Path:
+    return _HOUSE.joinpath(*module.split(".")[1:]).with_suffix(".py")
+
+
+def _versioned(path: Path) -> str:
+    """A file's code; nothing of the table of methods, of which only a method's own entry counts."""
+    return "" if path == _METHODS else _code_of(path)
 
 
 def _imports_of(path: Path) -> Iterator[Path]:

@@ -11,14 +11,16 @@ from snapfit.tracking.body import Body
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.finder import Finder
 from snapfit.tracking.finding.lookout import DelayedLookout
+from snapfit.tracking.finding.reinitialised import delay_frames
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
+from snapfit.tracking.method import GEOMETRIC_LATENCY_S, NETWORK_LATENCY_S
 from snapfit.tracking.methods import Progress, create_tracker
 from snapfit.tracking.tracker import Tracker
 
 DetectorName = Literal["geometric", "network"]
 DETECTORS: tuple[DetectorName, ...] = get_args(DetectorName)
 
-_LATENCY_S = {"geometric": 1.0, "network": 0.1}
+_LATENCY_S = {"geometric": GEOMETRIC_LATENCY_S, "network": NETWORK_LATENCY_S}
 
 
 def create_finder(
@@ -73,10 +75,9 @@ def create_offline(
         raise _unknown(detector)
     tracker = create_tracker(method, parts, camera, progress, asset=asset)
     if not isinstance(tracker, Tracker):
-        raise TrackingError(f"{method} finds the parts in every frame: it needs no detector beside")
+        raise TrackingError(f"{method} finds parts by itself: it needs no detector beside")
     finder = create_finder(detector, parts, tracker.bodies, camera, asset)
-    delay_frames = max(1, round(_LATENCY_S[detector] * frame_rate_hz))
-    lookout = DelayedLookout(finder, delay_frames)
+    lookout = DelayedLookout(finder, delay_frames(_LATENCY_S[detector], frame_rate_hz))
     follower = Tracker(tracker.bodies, camera)
     return SelfStartingTracker(tracker, parts, lookout, follower=follower)
 
