@@ -73,6 +73,11 @@ class FrameByFrameMethod(Method):
         return (FRAME_BY_FRAME,)
 
     @property
+    def finds_parts(self) -> bool:
+        """Whether it finds parts that it was given no pose of."""
+        return True
+
+    @property
     def network(self) -> str | None:
         """Folder in the bundle with the network's files, which the benchmark digests too."""
         return self.variant
@@ -102,6 +107,11 @@ class ReinitialisedMethod(Method):
     def modules(self) -> tuple[str, ...]:
         """What it loads beside what all methods share; the benchmark digests it."""
         return (REINITIALISED, FINDERS[self.detector])
+
+    @property
+    def finds_parts(self) -> bool:
+        """Whether it finds parts that it was given no pose of; the published rule does not."""
+        return not self.is_published
 
     @property
     def network(self) -> str | None:

@@ -45,6 +45,17 @@ def starts_cold(method: str) -> bool:
     return bool(getattr(METHODS.get(method), "is_cold", False))
 
 
+def finds_parts(method: str) -> bool:
+    """Whether a method finds parts that it was given no pose of."""
+    return bool(getattr(METHODS.get(method), "finds_parts", False))
+
+
+def follows_states(method: str) -> bool:
+    """Whether a method follows the assembly state by itself, and can be told where it begins."""
+    graph = getattr(METHODS.get(method), "graph", None)
+    return graph is not None and not graph.is_told
+
+
 def weights(method: str, asset: Asset | None) -> tuple[Path, ...]:
     """Files of the network that a method uses of an asset; none for one without a network."""
     folder = getattr(entry(method), "network", None)
