@@ -33,6 +33,13 @@ def benchmark(
             "--recovery", help="How soon are all parts tracked from a cold start, or uncovered?"
         ),
     ] = False,
+    clutter: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead of --data: a dataset with the split `train`; what do detectors find?",
+            show_default=False,
+        ),
+    ] = None,
     methods: Annotated[str, typer.Option(help="Tracking methods, with commas between.")] = "icg",
     asset: Annotated[
         list[str] | None, typer.Option(help="Only this asset; may be given again.")
@@ -62,10 +69,19 @@ def benchmark(
         # The tracker's libraries take seconds to load, and --help needs none of them.
         if mistakes is not None:
             given = {"data": data, "condition": condition, "quick": quick, "films": bool(films)}
-            _refuse({**given, "jobs": jobs > 1, "recovery": recovery}, "--mistakes")
+            _refuse(
+                {**given, "jobs": jobs > 1, "recovery": recovery, "clutter": clutter}, "--mistakes"
+            )
             from snapfit.server.cli.benchmark_mistakes import run_mistakes
 
             run_mistakes(mistakes, out, tuple(dict.fromkeys(names)), tuple(asset or ()))
+            return
+        if clutter is not None:
+            given = {"data": data, "condition": condition, "quick": quick, "films": bool(films)}
+            _refuse({**given, "jobs": jobs > 1, "recovery": recovery}, "--clutter")
+            from snapfit.server.cli.benchmark_clutter import run_clutter
+
+            run_clutter(clutter, out, tuple(dict.fromkeys(names)), tuple(asset or ()), report)
             return
         if recovery:
             _refuse({"quick": quick, "films": bool(films), "any-commit": any_commit}, "--recovery")
