@@ -27,7 +27,8 @@ FINDERS = MappingProxyType(
 """By detector: the module of its finder."""
 
 NETWORK_LATENCY_S = 0.06
-"""Declared for a network on the CPU of a laptop: letterbox, inference, PnP of all parts."""
+"""Declared for a network on the CPU of a laptop: letterbox, inference, PnP of all parts. What it is
+on a machine says `ms` of `snapfit benchmark --clutter`."""
 
 GEOMETRIC_LATENCY_S = 1.0
 """Measured on one core: 0.4 to 1.6 s for three to eight parts (docs/finding.md)."""
