@@ -76,7 +76,7 @@ class Recovered:
         asset, condition, method: as in the tables.
         kind: what it had to recover from.
         first_frame: number of the trial's first frame in the sequence.
-        frames: from the first frame that shows anything to the first in which every part of which
+        frames: from the first frame that shows a part to the first in which every part of which
             enough is seen is right; None if that did not come in time.
         rate_hz: of the frames.
         wrong: parts that were not right when the trial was given up.
@@ -178,20 +178,23 @@ def _tried(
     """A trial by all trackers side by side, until all of them have recovered."""
     # Who was told which part is which is to know it afterwards.
     rightness = Rightness(recording.parts, interchangeable=trial.kind is TrialKind.COLD)
+    began: int | None = None
     took: dict[str, int] = {}
     wrong: dict[str, tuple[str, ...]] = {}
     for number, frame in _frames(recording, trial) if trackers else ():
         truth = recording.truth[frame.name]
+        if began is None and number >= trial.judged_from and rightness.shows(truth):
+            began = number
         for method, tracker in trackers.items():
             if method in took:
                 continue
             if number == trial.first and trial.kind is TrialKind.COVERED:
                 _tell(tracker, method, frame, truth)
             estimates = {each.part: each.camera_from_body for each in tracker.track(frame).parts}
-            if number >= trial.judged_from:
+            if began is not None and rightness.shows(truth):
                 wrong[method] = rightness.wrong(estimates, truth)
                 if not wrong[method]:
-                    took[method] = number - trial.judged_from
+                    took[method] = number - began
         if len(took) == len(trackers):
             break
     names = folder.asset, folder.condition
@@ -199,6 +202,8 @@ def _tried(
     return [
         Recovered(*names, method, *where, took.get(method), recording.frame_rate_hz, wrong[method])
         for method in trackers
+        # In a trial that shows no part nothing can be found.
+        if began is not None
     ]
 
 

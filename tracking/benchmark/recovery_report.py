@@ -27,7 +27,7 @@ TARGET_S = {TrialKind.COLD: 1.0, TrialKind.COVERED: 0.5}
 _ALL = "all assets"
 _TITLES = ("trials", "median", "p90", "in time", "never", "last to be right")
 _READING = f"""\
-Frames from the first one that shows anything to the first one in which all parts are right at \
+Frames from the first one that shows a part to the first one in which all parts are right at \
 once: ADD(-S) under {RIGHT_SHARE:.0%} of the diameter, of every part of which at least \
 {LEAST_SEEN:.0%} is seen. **median**, **p90**: of all trials, those without end being longer than \
 any; **in time**: trials within the target, %; **never**: trials in which it had not come after \

@@ -61,6 +61,10 @@ class Rightness:
             )
         self._groups = list(groups.values())
 
+    def shows(self, truth: GroundTruth) -> bool:
+        """Whether enough is seen of any part: a frame that shows none tells nothing."""
+        return any(truth.visibility.get(name, 1.0) >= LEAST_SEEN for name in self._errors)
+
     def wrong(self, estimates: Mapping[str, Pose | None], truth: GroundTruth) -> tuple[str, ...]:
         """The parts that can be seen and have no right pose.
 

@@ -131,6 +131,22 @@ def test_the_time_is_counted_from_the_first_frame_that_shows_anything(
     assert alone.wrong == ("box",)
 
 
+def test_frames_in_which_no_part_is_seen_tell_nothing(
+    folder: SequenceFolder, made: list[SlowTracker]
+) -> None:
+    recording = open_sequence(folder)
+    truth = {
+        name: replace(each, visibility={"box": 0.1 if int(name) < 2 else 0.9})
+        for name, each in recording.truth.items()
+    }
+    results, _ = run_trials(folder, replace(recording, truth=truth), ["gbot+reinit"])
+    # It is right in the third frame, the first one that shows the box.
+    assert (results[0].kind, results[0].frames) == (TrialKind.COLD, 0)
+    assert made[0].seen == 3
+    hidden = {name: replace(each, visibility={"box": 0.1}) for name, each in truth.items()}
+    assert run_trials(folder, replace(recording, truth=hidden), ["gbot+reinit"]) == ([], {})
+
+
 def test_a_method_that_cannot_be_made_does_not_stop_the_others(
     folder: SequenceFolder, made: list[SlowTracker]
 ) -> None:
