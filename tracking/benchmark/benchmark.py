@@ -9,11 +9,11 @@ from pathlib import Path
 from snapfit.models.errors import SnapfitError
 from snapfit.tracking.benchmark.contest import run_methods
 from snapfit.tracking.benchmark.provenance import Machine, commit, load_average, n_threads
-from snapfit.tracking.benchmark.roster import weights
 from snapfit.tracking.benchmark.run import Run
 from snapfit.tracking.benchmark.sequences import SequenceFolder, open_sequence
 from snapfit.tracking.benchmark.store import Circumstances, RunStore
-from snapfit.tracking.benchmark.versions import code_version, data_version, input_version
+from snapfit.tracking.benchmark.versions import code_version, data_version
+from snapfit.tracking.benchmark.weights import input_version, weights
 
 Progress = Callable[[str, float], None]
 

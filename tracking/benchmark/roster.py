@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from snapfit.models.asset import Asset
-from snapfit.models.detector.card import CARD_NAME, ONNX_NAME
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.methods import METHODS
 
@@ -54,14 +51,6 @@ def follows_states(method: str) -> bool:
     """Whether a method follows the assembly state by itself, and can be told where it begins."""
     graph = getattr(METHODS.get(method), "graph", None)
     return graph is not None and not graph.is_told
-
-
-def weights(method: str, asset: Asset | None) -> tuple[Path, ...]:
-    """Files of the network that a method uses of an asset; none for one without a network."""
-    folder = getattr(entry(method), "network", None)
-    if folder is None or asset is None:
-        return ()
-    return tuple(asset.directory / folder / name for name in (ONNX_NAME, CARD_NAME))
 
 
 def ablations(methods: Sequence[str]) -> dict[str, tuple[str, ...]]:

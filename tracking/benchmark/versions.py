@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
@@ -69,23 +69,6 @@ def data_version(recording: Recording) -> str:
             sha.update(str(frame.depth.stat().st_size).encode())
         for part in recording.parts:
             sha.update(truth.camera_from_body[part.name].matrix.tobytes())
-    return sha.hexdigest()[:16]
-
-
-def input_version(data: str, files: Sequence[Path]) -> str:
-    """A digest of what a method is given: the sequence, and the network that it uses of the asset.
-
-    Args:
-        data: from `data_version`.
-        files: of the network, from `roster.weights`; without any it is that of the sequence alone.
-    """
-    if not files:
-        return data
-    sha = hashlib.sha256(data.encode())
-    for path in files:
-        sha.update(path.name.encode())
-        # Without the file there is no run: the method says so when it is made.
-        sha.update(hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b"")
     return sha.hexdigest()[:16]
 
 
