@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from types import MappingProxyType
-from typing import Protocol
 
 import numpy as np
 
@@ -20,6 +19,15 @@ from snapfit.tracking.camera_view import RigCamera
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.following import PAPER_GRAPH, GraphParameters
 from snapfit.tracking.frame import Frame
+from snapfit.tracking.method import (
+    FRAME_BY_FRAME,
+    GEOMETRIC_LATENCY_S,
+    REINITIALISED,
+    FrameByFrameMethod,
+    Method,
+    MethodTracker,
+    ReinitialisedMethod,
+)
 from snapfit.tracking.parameters import (
     NO_MOTION,
     ConfidenceParameters,
@@ -27,67 +35,7 @@ from snapfit.tracking.parameters import (
     MotionParameters,
     TrackerParameters,
 )
-from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.tracker import Tracker
-
-_FRAME_BY_FRAME = "snapfit.tracking.detection.frame_by_frame"
-
-
-@dataclass(frozen=True)
-class Method:
-    """A composition by name.
-
-    Attributes:
-        summary: what it is, with its source.
-        parameters: of modalities and optimiser.
-        graph: how it follows the assembly graph; None where it tracks every part by itself.
-        ablation_of: the method that it is without one of its pieces; empty for others.
-    """
-
-    summary: str
-    parameters: TrackerParameters = field(default_factory=TrackerParameters)
-    graph: GraphParameters | None = None
-    ablation_of: str = ""
-
-    @property
-    def needs_true_state(self) -> bool:
-        """Whether it must be told the assembly state of each frame."""
-        return self.graph is not None and self.graph.is_told
-
-
-@dataclass(frozen=True)
-class FrameByFrameMethod(Method):
-    """Finds the parts in each frame by itself, with the network in the asset's bundle.
-
-    Attributes:
-        uses_depth: whether measured depth fixes a part's distance.
-        variant: folder in the bundle that holds the network; empty for the bundle itself.
-    """
-
-    uses_depth: bool = False
-    variant: str = ""
-
-    # What the benchmark digests for this method beside what all share.
-    modules = (_FRAME_BY_FRAME,)
-
-
-class MethodTracker(Protocol):
-    """What a method gives: a `Tracker`, or what takes its place."""
-
-    names: tuple[str, ...]
-    camera: RgbdCamera
-
-    def start(
-        self, frame: Frame, camera_from_body: Mapping[str, Pose], *others: Frame | None
-    ) -> None:
-        """As `Tracker.start`."""
-
-    def set_state(self, state: str) -> None:
-        """As `Tracker.set_state`."""
-
-    def track(self, frame: Frame | None, *others: Frame | None) -> TrackingResult:
-        """As `Tracker.track`."""
-
 
 _ICG = TrackerParameters()
 _CHECKED = replace(_ICG.occlusion, region_checking=True, held_threshold_m=0.01)
@@ -101,6 +49,17 @@ _GBOT = replace(
 )
 _RIGID = GraphParameters(is_rigid=True)
 _HASTY = GraphParameters(judge=AssemblyParameters(close_frames=1, near_frames=1, undone_frames=1))
+_REINIT = ReinitialisedMethod(
+    "gbot with yolov8pose+depth beside: finds are tried out, and the likelier pose wins",
+    _GBOT,
+    GraphParameters(),
+)
+_BY_SHAPE = replace(
+    _REINIT,
+    summary="gbot with the geometric finder beside, which needs no training",
+    detector="geometric",
+    latency_s=GEOMETRIC_LATENCY_S,
+)
 
 METHODS: Mapping[str, Method] = MappingProxyType(
     {
@@ -146,6 +105,22 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "yolov8pose+depth": FrameByFrameMethod(
             "yolov8pose with the distance fixed by measured depth", uses_depth=True
         ),
+        "gbot+reinit": _REINIT,
+        "gbot+reinit-cold": replace(
+            _REINIT, summary="gbot+reinit that is given no first pose", is_cold=True
+        ),
+        "gbot+reinit-geometric": _BY_SHAPE,
+        "gbot+reinit-geometric-cold": replace(
+            _BY_SHAPE, summary="gbot+reinit-geometric that is given no first pose", is_cold=True
+        ),
+        "gbot+reinit-paper": ReinitialisedMethod(
+            "gbot-paper; every 10th frame, parts that yolov8pose finds more than 5 cm away are put "
+            "there (the paper's)",
+            _ICG,
+            PAPER_GRAPH,
+            uses_depth=False,
+            is_published=True,
+        ),
         "gbot-without-graph": Method("gbot, every part by itself", _GBOT, None, "gbot"),
         "gbot-without-region-checking": Method(
             "gbot, where the edge between like parts counts as a contour",
@@ -184,6 +159,7 @@ def create_tracker(
     *,
     asset: Asset | None = None,
     rig: Sequence[RigCamera] = (),
+    frame_rate_hz: float = 30.0,
 ) -> MethodTracker:
     """A tracker that is ready for its first frame: models made or read, kernels compiled.
 
@@ -195,9 +171,11 @@ def create_tracker(
         asset: what the parts belong to, for methods that know its assembly graph; None for loose
             parts.
         rig: further cameras that see the same bench.
+        frame_rate_hz: of the frames; methods with a detector beside count its delay in frames.
 
     Raises:
-        TrackingError: the method is unknown, or there is nothing to track.
+        TrackingError: the method is unknown, there is nothing to track, or a detector cannot be
+            used here.
         ViewpointModelError: a viewpoint model can neither be read nor made.
         DetectorError: a method that needs a network finds none, or one that does not fit.
     """
@@ -207,6 +185,8 @@ def create_tracker(
     chosen = METHODS[method]
     if isinstance(chosen, FrameByFrameMethod):
         return _frame_by_frame(method, chosen, parts, camera, asset)
+    if isinstance(chosen, ReinitialisedMethod) and asset is None:
+        raise TrackingError(f"{method} looks for the parts of an asset: name an asset")
     bodies = load_bodies(parts, progress)
     if progress is not None:
         progress("compiling the tracker's kernels", 0.0)
@@ -216,6 +196,10 @@ def create_tracker(
     warm_up(make())
     if progress is not None:
         progress("compiling the tracker's kernels", 1.0)
+    if isinstance(chosen, ReinitialisedMethod) and asset is not None:
+        module = import_module(REINITIALISED)
+        made: MethodTracker = module.reinitialised(make(), chosen, parts, asset, frame_rate_hz)
+        return made
     return make()
 
 
@@ -228,8 +212,7 @@ def _frame_by_frame(
 ) -> MethodTracker:
     if asset is None:
         raise TrackingError(f"{name} needs the network in an asset's bundle: name an asset")
-    # By its name, so that trackers load no inference, and their runs stand when it changes.
-    module = import_module(_FRAME_BY_FRAME)
+    module = import_module(FRAME_BY_FRAME)
     made: MethodTracker = module.open_frame_by_frame(
         asset.directory / method.variant, parts, camera, uses_depth=method.uses_depth
     )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from snapfit.tracking.errors import FrameError, SourceError
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.methods import MethodTracker
+from snapfit.tracking.method import MethodTracker
 from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.sources.bad_frames import BadFrames
 from snapfit.tracking.sources.base import Source

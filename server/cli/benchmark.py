@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -23,6 +24,19 @@ def benchmark(
         Path | None,
         typer.Option(
             help="Instead of --data: a dataset with the split `mistakes`; are they noticed?",
+            show_default=False,
+        ),
+    ] = None,
+    recovery: Annotated[
+        bool,
+        typer.Option(
+            "--recovery", help="How soon are all parts tracked from a cold start, or uncovered?"
+        ),
+    ] = False,
+    clutter: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead of --data: a dataset with the split `train`; what do detectors find?",
             show_default=False,
         ),
     ] = None,
@@ -54,10 +68,38 @@ def benchmark(
         names = tuple(name.strip() for name in methods.split(",") if name.strip())
         # The tracker's libraries take seconds to load, and --help needs none of them.
         if mistakes is not None:
-            _refuse_with_mistakes(data, condition, quick=quick, films=bool(films), jobs=jobs)
+            given = {"data": data, "condition": condition, "quick": quick, "films": bool(films)}
+            _refuse(
+                {**given, "jobs": jobs > 1, "recovery": recovery, "clutter": clutter}, "--mistakes"
+            )
             from snapfit.server.cli.benchmark_mistakes import run_mistakes
 
             run_mistakes(mistakes, out, tuple(dict.fromkeys(names)), tuple(asset or ()))
+            return
+        if clutter is not None:
+            given = {"data": data, "condition": condition, "quick": quick, "films": bool(films)}
+            _refuse({**given, "jobs": jobs > 1, "recovery": recovery}, "--clutter")
+            from snapfit.server.cli.benchmark_clutter import run_clutter
+
+            run_clutter(clutter, out, tuple(dict.fromkeys(names)), tuple(asset or ()), report)
+            return
+        if recovery:
+            _refuse({"quick": quick, "films": bool(films), "any-commit": any_commit}, "--recovery")
+            if data is None:
+                raise typer.BadParameter("--recovery needs --data: a dataset or a sequence")
+            from snapfit.server.cli.benchmark_recovery import RecoveryWishes, run_recovery
+
+            run_recovery(
+                RecoveryWishes(
+                    data=data,
+                    out=out,
+                    methods=tuple(dict.fromkeys(names)),
+                    assets=tuple(asset or ()),
+                    conditions=tuple(condition or ()),
+                    n_jobs=jobs,
+                    page=report,
+                )
+            )
             return
         from snapfit.server.cli.benchmark_run import Wishes, run
 
@@ -77,11 +119,8 @@ def benchmark(
         )
 
 
-def _refuse_with_mistakes(
-    data: Path | None, condition: list[str] | None, *, quick: bool, films: bool, jobs: int
-) -> None:
-    """Options that do not go with --mistakes are an error, not ignored."""
-    given = {"data": data, "condition": condition, "quick": quick, "films": films, "jobs": jobs > 1}
+def _refuse(given: Mapping[str, object], other: str) -> None:
+    """Options that do not go with another one are an error, not ignored."""
     for name, value in given.items():
         if value:
-            raise typer.BadParameter(f"--{name} does not go with --mistakes")
+            raise typer.BadParameter(f"--{name} does not go with {other}")

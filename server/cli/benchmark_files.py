@@ -60,7 +60,7 @@ def write_results(
     record = json.dumps(as_json(outcomes, provenance, failures), indent=2, allow_nan=False)
     _write(out / "benchmark.json", record + "\n")
     if page is not None:
-        _write(page, _put_into(page, text))
+        _write(page, put_into(page, text))
     if can_plot():
         plot_assets([each.run for each in outcomes], out)
         plot_reliability(calibrations(outcomes), out / "reliability.png")
@@ -105,7 +105,7 @@ def _film(
     draft.replace(path)
 
 
-def _put_into(page: Path, text: str) -> str:
+def put_into(page: Path, text: str) -> str:
     """The page with the report between its two marks; the report alone where there are none."""
     if not page.is_file():
         return text

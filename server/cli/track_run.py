@@ -14,11 +14,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from snapfit.server.cli.video import VideoFile
+from snapfit.tracking.benchmark.roster import starts_cold
 from snapfit.tracking.errors import FrameError, SourceError
 from snapfit.tracking.evaluation import LEAST_VISIBILITY, PartEvaluation
 from snapfit.tracking.finding.create import create_offline
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.methods import MethodTracker, create_tracker
+from snapfit.tracking.method import MethodTracker
+from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.offline import result_lines, track_source
 from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.result import TrackingResult
@@ -59,7 +61,7 @@ def run(
         progress = stack.enter_context(_progress(console))
         bad_frames = BadFrames(lambda error: _tell(progress.console, error))
         tracker = _make_tracker(method, finding, source, progress)
-        finds_parts = finding.detector is not None
+        finds_parts = finding.detector is not None or starts_cold(method)
         tracked = track_source(source, tracker, bad_frames, finds_parts=finds_parts)
         evaluations, times_ms = _track(source, tracked, bad_frames, lines, film, progress)
     console.print(_summary(evaluations))
@@ -102,7 +104,10 @@ def _make_tracker(
     tracker: MethodTracker
     detector, providers = finding
     if detector is None:
-        tracker = create_tracker(method, source.parts, camera, show, asset=source.asset)
+        rate_hz = source.frame_rate_hz
+        tracker = create_tracker(
+            method, source.parts, camera, show, asset=source.asset, frame_rate_hz=rate_hz
+        )
     elif source.asset is None:
         raise SourceError(f"{source.name}: a detector needs an asset: name it with --asset")
     else:

@@ -70,10 +70,12 @@ def trackers(monkeypatch: pytest.MonkeyPatch) -> list[ShiftedTracker]:
         progress: Any,
         *,
         asset: Asset | None,
+        frame_rate_hz: float,
     ) -> ShiftedTracker:
         assert asset is None  # the recording has loose parts
         assert camera.color == CAMERA.color
         progress(f"preparing {method}", 1.0)
+        assert frame_rate_hz > 0
         made.append(ShiftedTracker(parts))
         return made[-1]
 

@@ -13,6 +13,7 @@ from snapfit.tracking.benchmark.run import Run
 from snapfit.tracking.benchmark.sequences import SequenceFolder, open_sequence
 from snapfit.tracking.benchmark.store import Circumstances, RunStore
 from snapfit.tracking.benchmark.versions import code_version, data_version
+from snapfit.tracking.benchmark.weights import input_version, weights
 
 Progress = Callable[[str, float], None]
 
@@ -148,9 +149,10 @@ def run_task(task: Task, plan: Plan, progress: Progress | None = None) -> list[O
         recording = open_sequence(task.folder, task.most_frames)
     except SnapfitError as error:
         return [Failure(task.folder, method, str(error)) for method in task.methods]
-    data = data_version(recording)
+    sequence, asset = data_version(recording), recording.asset
+    data = {each: input_version(sequence, weights(each, asset)) for each in task.methods}
     for method in task.methods:
-        kept = _kept(runs, task.folder, method, data, plan)
+        kept = _kept(runs, task.folder, method, data[method], plan)
         if kept is not None:
             done[method] = kept
     missing = [method for method in task.methods if method not in done]
@@ -163,7 +165,7 @@ def run_task(task: Task, plan: Plan, progress: Progress | None = None) -> list[O
     circumstances = plan.circumstances(len(missing))
     for method, result in results.items():
         if isinstance(result, Run):
-            path = runs.path(task.folder, method, data, plan.codes[method])
+            path = runs.path(task.folder, method, data[method], plan.codes[method])
             runs.save(path, result, circumstances)
             done[method] = Outcome(task.folder, method, result, circumstances, path, is_new=True)
         else:

@@ -1,4 +1,7 @@
-"""Runs methods over one sequence from the true pose of frame 0: each frame is decoded once."""
+"""Runs methods over one sequence: each frame is decoded once.
+
+All start from the true poses of frame 0, but those that are to find the parts by themselves.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from collections.abc import Callable, Sequence
 from snapfit.models.errors import SnapfitError
 from snapfit.models.recording import Recording
 from snapfit.tracking.benchmark.notes import Notes
-from snapfit.tracking.benchmark.roster import needs_true_state
+from snapfit.tracking.benchmark.roster import needs_true_state, starts_cold
 from snapfit.tracking.benchmark.run import Run
 from snapfit.tracking.benchmark.sequences import SequenceFolder
 from snapfit.tracking.errors import FrameError, TrackingError
@@ -31,20 +34,28 @@ class Entrant:
         self._method = method
         self._recording = recording
         self._tracker = create_tracker(
-            method, recording.parts, recording.camera, progress, asset=recording.asset
+            method,
+            recording.parts,
+            recording.camera,
+            progress,
+            asset=recording.asset,
+            frame_rate_hz=recording.frame_rate_hz,
         )
+        self._is_cold = starts_cold(method)
         self._is_told_state = needs_true_state(method)
         self._told = ""
         self._notes = Notes(recording)
 
     def track(self, number: int, frame: Frame) -> None:
-        """Has it track a frame, the first one from the true poses; only `track` is timed.
+        """Has it track a frame, the first one from the true poses, if it is given any.
+
+        Only `track` is timed; a detector's time is in it, also where it would look beside.
 
         Raises:
             TrackingError: it needs the true state and there is none, or it cannot start.
             FrameError: it refuses the frame.
         """
-        if number == 0:
+        if number == 0 and not self._is_cold:
             self._tracker.start(frame, self._recording.initial_poses)
         if self._is_told_state:
             self._tell_state(frame.name)

@@ -17,10 +17,11 @@ from snapfit.models.recording import Recording
 from snapfit.models.symmetry import distance_modulo_symmetry
 from snapfit.models.workbench.mistake import Mistake, MistakeFolder, read_mistake
 from snapfit.tracking.assembly.estimate import Misassembly
-from snapfit.tracking.benchmark.roster import check_methods
+from snapfit.tracking.benchmark.roster import check_methods, starts_cold
 from snapfit.tracking.benchmark.sequences import SequenceFolder, open_sequence
 from snapfit.tracking.errors import TrackingError
-from snapfit.tracking.methods import METHODS, MethodTracker, create_tracker
+from snapfit.tracking.method import MethodTracker
+from snapfit.tracking.methods import METHODS, create_tracker
 from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.sources.images import read_frame
 
@@ -93,9 +94,16 @@ def check_can_judge(methods: Sequence[str]) -> None:
     for method in methods:
         graph = METHODS[method].graph
         if graph is None or graph.is_told:
-            able = [name for name, each in METHODS.items() if each.graph and not each.graph.is_told]
+            able = [
+                name
+                for name, each in METHODS.items()
+                if each.graph and not each.graph.is_told and not starts_cold(name)
+            ]
             problem = f"{method} does not judge the assembly; --mistakes needs one of"
             raise TrackingError(f"{problem} {', '.join(able)}")
+        if starts_cold(method):
+            problem = "is told no first poses, and --mistakes tells them; name it without -cold"
+            raise TrackingError(f"{method} {problem}")
 
 
 def judge_mistake(folder: MistakeFolder, method: str, progress: Progress | None = None) -> Verdict:
@@ -115,7 +123,13 @@ def judge_mistake(folder: MistakeFolder, method: str, progress: Progress | None 
     if mistake.rest_frame + FOUND_FRAMES >= len(recording.frames):
         problem = f"ends less than {FOUND_FRAMES} frames after the part came to rest"
         raise TrackingError(f"{folder.directory}: {problem}: render it again")
-    tracker = create_tracker(method, recording.parts, recording.camera, asset=recording.asset)
+    tracker = create_tracker(
+        method,
+        recording.parts,
+        recording.camera,
+        asset=recording.asset,
+        frame_rate_hz=recording.frame_rate_hz,
+    )
     results = []
     for i, result in enumerate(_tracked(tracker, recording, mistake.state)):
         results.append(result)

@@ -37,6 +37,22 @@ def needs_true_state(method: str) -> bool:
     return bool(getattr(entry(method), "needs_true_state", False))
 
 
+def starts_cold(method: str) -> bool:
+    """Whether a method is given no first poses: it finds the parts by itself."""
+    return bool(getattr(METHODS.get(method), "is_cold", False))
+
+
+def finds_parts(method: str) -> bool:
+    """Whether a method finds parts that it was given no pose of."""
+    return bool(getattr(METHODS.get(method), "finds_parts", False))
+
+
+def follows_states(method: str) -> bool:
+    """Whether a method follows the assembly state by itself, and can be told where it begins."""
+    graph = getattr(METHODS.get(method), "graph", None)
+    return graph is not None and not graph.is_told
+
+
 def ablations(methods: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """By method that something is left out of: itself and those that leave something out.
 

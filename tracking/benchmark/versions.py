@@ -37,7 +37,7 @@ def code_version(method: str) -> str:
 
 def imported_files(roots: tuple[str, ...] = _ROOTS) -> set[Path]:
     """Our files that these modules of the benchmark import, directly or not."""
-    return _reached([Path(__file__).with_name(f"{name}.py") for name in roots])
+    return _reached([Path(__file__).resolve().with_name(f"{name}.py") for name in roots])
 
 
 def _reached(waiting: list[Path]) -> set[Path]:
@@ -76,8 +76,8 @@ def data_version(recording: Recording) -> str:
 def _module_version(module: str) -> str:
     """A digest of a module that one method alone loads, and of all that it imports."""
     sha = hashlib.sha256()
-    for path in sorted(_reached([_HOUSE.joinpath(*module.split(".")[1:]).with_suffix(".py")])):
-        sha.update(f"{path.relative_to(_HOUSE)}{_code_of(path)}".encode())
+    for path in sorted(_reached([_file_of(module)])):
+        sha.update(f"{path.relative_to(_HOUSE)}{_versioned(path)}".encode())
     return sha.hexdigest()
 
 
@@ -86,9 +86,17 @@ def _shared_version(roots: tuple[str, ...]) -> str:
     """A digest of the code of all methods; read once, as it was loaded."""
     sha = hashlib.sha256()
     for path in sorted(imported_files(roots)):
-        text = "" if path == _METHODS else _code_of(path)
-        sha.update(f"{path.relative_to(_HOUSE)}{text}".encode())
+        sha.update(f"{path.relative_to(_HOUSE)}{_versioned(path)}".encode())
     return sha.hexdigest()
+
+
+def _file_of(module: str) -> Path:
+    return _HOUSE.joinpath(*module.split(".")[1:]).with_suffix(".py")
+
+
+def _versioned(path: Path) -> str:
+    """A file's code; nothing of the table of methods, of which only a method's own entry counts."""
+    return "" if path == _METHODS else _code_of(path)
 
 
 def _imports_of(path: Path) -> Iterator[Path]:

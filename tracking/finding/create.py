@@ -17,7 +17,9 @@ from snapfit.tracking.finding.finder import Finder
 from snapfit.tracking.finding.lookout import DelayedLookout, LookoutThread
 from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.finding.parameters import SelfStartParameters
+from snapfit.tracking.finding.reinitialised import delay_frames
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
+from snapfit.tracking.method import GEOMETRIC_LATENCY_S, NETWORK_LATENCY_S
 from snapfit.tracking.methods import Progress, create_tracker
 from snapfit.tracking.tracker import Tracker
 
@@ -25,7 +27,7 @@ _LOG = logging.getLogger(__name__)
 
 DETECTORS: tuple[DetectorName, ...] = get_args(DetectorName)
 
-_LATENCY_S = {"geometric": 1.0, "network": 0.1}
+_LATENCY_S = {"geometric": GEOMETRIC_LATENCY_S, "network": NETWORK_LATENCY_S}
 # While all is seen, a look now and then is enough; it costs a core for as long as it takes.
 _EVERY_S = {"geometric": 3.0, "network": 1.0}
 
@@ -103,11 +105,9 @@ def create_offline(
         raise _unknown(detector)
     tracker = _follower(method, create_tracker(method, parts, camera, progress, asset=asset))
     finder = create_finder(detector, parts, tracker.bodies, camera, asset, providers)
-    delay_frames = max(1, round(_LATENCY_S[detector] * frame_rate_hz))
+    lookout = DelayedLookout(finder, delay_frames(_LATENCY_S[detector], frame_rate_hz))
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, camera))
-    return SelfStartingTracker(
-        tracker, parts, DelayedLookout(finder, delay_frames), catch_up=catch_up
-    )
+    return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up)
 
 
 def create_live(
@@ -133,7 +133,7 @@ def create_live(
 
 def _follower(method: str, tracker: object) -> Tracker:
     if not isinstance(tracker, Tracker):
-        raise TrackingError(f"{method} finds the parts in every frame: it needs no detector beside")
+        raise TrackingError(f"{method} finds parts by itself: it needs no detector beside")
     return tracker
 
 

@@ -107,6 +107,7 @@ class Entry:
     parameters: int = 0
     needs_true_state: bool = False
     ablation_of: str = ""
+    is_cold: bool = False
     summary: str = ""
 
 
@@ -118,6 +119,7 @@ def methods(monkeypatch: pytest.MonkeyPatch) -> dict[str, Entry]:
         "graph": Entry(1, summary="follows the graph"),
         "told": Entry(2, needs_true_state=True),
         "graph-rigid": Entry(3, ablation_of="graph"),
+        "cold": Entry(4, is_cold=True),
     }
     monkeypatch.setattr(roster, "METHODS", table)
     return table

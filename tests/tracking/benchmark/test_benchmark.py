@@ -12,7 +12,12 @@ from snapfit.models.pose import Pose
 from snapfit.tracking.benchmark import contest, versions
 from snapfit.tracking.benchmark.benchmark import Failure, Outcome, Plan, Task, run_tasks
 from snapfit.tracking.benchmark.notes import Notes
-from snapfit.tracking.benchmark.roster import ablations, check_methods, needs_true_state
+from snapfit.tracking.benchmark.roster import (
+    ablations,
+    check_methods,
+    needs_true_state,
+    starts_cold,
+)
 from snapfit.tracking.benchmark.sequences import find_sequences, open_sequence
 from snapfit.tracking.benchmark.store import RunStore
 from snapfit.tracking.errors import FrameError, SourceError, TrackingError
@@ -333,7 +338,8 @@ def test_methods_are_checked_before_anything_is_read() -> None:
 
 
 def test_what_is_special_of_a_method_stands_in_its_entry(methods: dict) -> None:
-    assert [needs_true_state(name) for name in methods] == [False, False, True, False]
+    assert [needs_true_state(name) for name in methods] == [False, False, True, False, False]
+    assert [starts_cold(name) for name in methods] == [False, False, False, False, True]
     assert ablations(["icg", "graph", "graph-rigid"]) == {"graph": ("graph", "graph-rigid")}
     assert ablations(["icg", "graph-rigid"]) == {}
 
