@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from snapfit.tracking.detection.parameters import CandidateParameters
 
 Floats = npt.NDArray[np.float32]
+AnyFloats = npt.NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +97,12 @@ def suppressed(candidates: Candidates, parameters: CandidateParameters) -> Candi
     return candidates.chosen(np.array(kept, dtype=np.int64))
 
 
-def overlaps(box: Floats, boxes: Floats) -> Floats:
+def overlaps(box: AnyFloats, boxes: AnyFloats) -> AnyFloats:
     """(N,) intersection over union of a box (4,) with boxes (N, 4)."""
     near = np.maximum(box[:2], boxes[:, :2])
     far = np.minimum(box[2:], boxes[:, 2:])
     common = np.maximum(far - near, 0).prod(axis=1)
     areas = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
     total = float((box[2:] - box[:2]).prod()) + areas - common
-    result: Floats = common / np.maximum(total, 1e-9)
+    result: AnyFloats = common / np.maximum(total, 1e-9)
     return result

@@ -16,6 +16,7 @@ from snapfit.models.camera import RgbdCamera
 from snapfit.models.detector.card import CARD_NAME, ONNX_NAME, read_card
 from snapfit.models.errors import DetectorError
 from snapfit.models.pose import Array, Pose
+from snapfit.tracking.detection.box_placement import placed_by_box
 from snapfit.tracking.detection.candidates import Candidates, decoded, suppressed
 from snapfit.tracking.detection.letterbox import Letterbox, free_input_size
 from snapfit.tracking.detection.measured_range import ranged
@@ -188,23 +189,34 @@ class Detector:
         solved = pose_from_keypoints(*arrays, self.camera.color, self._parameters.pnp)
         if isinstance(solved, Rejection):
             return solved
-        pose = self._ranged(solved, self._parts[known.part], frame)
+        box_px = self._letterbox.to_image(kept.boxes[place].reshape(2, 2)).ravel()
+        part = self._parts[known.part]
+        placed = self._placed(solved, part, box_px)
+        pose = self._ranged(placed, part, frame)
         score = float(kept.scores[place])
         return Detection(
             part=known.part,
             score=score,
             confidence=min(score, 1.0) * float(solved.is_inlier.mean()),
-            box_px=self._letterbox.to_image(kept.boxes[place].reshape(2, 2)).ravel(),
+            box_px=box_px,
             keypoints_px=pixels,
             presence=presence,
             is_inlier=solved.is_inlier,
             error_px=solved.error_px,
-            camera_from_body=pose or solved.camera_from_body,
+            camera_from_body=pose or placed,
             is_ranged=pose is not None,
         )
 
-    def _ranged(self, solved: PnpPose, part: Part, frame: Frame) -> Pose | None:
+    def _placed(self, solved: PnpPose, part: Part, box_px: Array) -> Pose:
+        """Where the box says that the part is, if it says anything."""
+        pose, settings = solved.camera_from_body, self._parameters.box
+        if settings is None:
+            return pose
+        outline_m = part.mesh.hull_points
+        return placed_by_box(pose, outline_m, box_px, self.camera.color, settings) or pose
+
+    def _ranged(self, placed: Pose, part: Part, frame: Frame) -> Pose | None:
         settings = self._parameters.range
         if settings is None or frame.depth is None or self.camera.depth is None:
             return None
-        return ranged(solved.camera_from_body, part.mesh, frame.depth, self.camera, settings)
+        return ranged(placed, part.mesh, frame.depth, self.camera, settings)

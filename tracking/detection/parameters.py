@@ -47,6 +47,24 @@ class PnpParameters:
 
 
 @dataclass(frozen=True)
+class BoxParameters:
+    """How the box that a part was found in fixes where it is.
+
+    Attributes:
+        fills: intersection over union of the drawn outline's box and the one found from which on
+            the pose stays as PnP has it.
+        border_px: a side of the box that is no farther from the image's border is cut off there.
+        rounds: of Gauss-Newton.
+        nearest_m: no point of the part may come nearer.
+    """
+
+    fills: float = 0.9
+    border_px: float = 2.0
+    rounds: int = 6
+    nearest_m: float = 0.02
+
+
+@dataclass(frozen=True)
 class RangeParameters:
     """How measured depth fixes a part's distance.
 
@@ -73,6 +91,7 @@ class DetectorParameters:
 
     Attributes:
         candidates, pnp: as their types say.
+        box: how the box is used; None for keypoints alone.
         range: how depth is used; None for colour alone.
         providers: of ONNX Runtime, the first that there is; the CPU if none of them.
         threads: of ONNX Runtime; 0: one a core.
@@ -80,6 +99,7 @@ class DetectorParameters:
 
     candidates: CandidateParameters = field(default_factory=CandidateParameters)
     pnp: PnpParameters = field(default_factory=PnpParameters)
+    box: BoxParameters | None = field(default_factory=BoxParameters)
     range: RangeParameters | None = None
     providers: tuple[str, ...] = (CPU,)
     threads: int = 0

@@ -132,11 +132,12 @@ def test_keypoints_outside_of_the_image_are_not_used(tmp_path):
 
 
 def test_depth_fixes_the_distance(tmp_path):
-    """Keypoints of a part seen 6 % larger: nearer by PnP, but not by measured depth."""
+    """Keypoints and box of a part seen 6 % larger: nearer by them, but not by measured depth."""
     rows = output()
     center = rows[0, 6::3, 10].mean(), rows[0, 7::3, 10].mean()
     for row, middle in zip((6, 7), center, strict=True):
         rows[0, row::3, 10] = middle + 1.06 * (rows[0, row::3, 10] - middle)
+    rows[0, 2:4, 10] *= 1.06
     true = POSES[FIRST]
     colour = make(tmp_path, rows).detect(frame()).best()[FIRST]
     assert not colour.is_ranged
@@ -146,6 +147,20 @@ def test_depth_fixes_the_distance(tmp_path):
     assert ranged.is_ranged
     assert abs(ranged.camera_from_body.translation[2] - true.translation[2]) < 0.004
     assert ranged.camera_from_body.angle_to(colour.camera_from_body) < 1e-9
+
+
+def test_the_box_places_a_part_whose_keypoints_shrank(tmp_path):
+    """Unsure keypoints are said near to the middle: PnP alone puts the part too far away."""
+    rows = output()
+    center = rows[0, 6::3, 10].mean(), rows[0, 7::3, 10].mean()
+    for row, middle in zip((6, 7), center, strict=True):
+        rows[0, row::3, 10] = middle + 0.7 * (rows[0, row::3, 10] - middle)
+    true = POSES[FIRST].translation[2]
+    alone = make(tmp_path, rows, box=None).detect(frame()).best()[FIRST]
+    assert alone.camera_from_body.translation[2] > 1.3 * true
+    placed = make(tmp_path, rows).detect(frame()).best()[FIRST]
+    assert abs(placed.camera_from_body.translation[2] - true) < 0.02
+    assert placed.camera_from_body.angle_to(alone.camera_from_body) < 1e-9
 
 
 def test_without_depth_of_the_part_the_distance_is_that_of_colour(tmp_path):

@@ -30,6 +30,7 @@ def test_with_depth_the_distance_is_measured(tmp_path):
     for row in (6, 7):
         middle = rows[0, row::3, 10].mean()
         rows[0, row::3, 10] = middle + 1.06 * (rows[0, row::3, 10] - middle)
+    rows[0, 2:4, 10] *= 1.06
     write_detector(tmp_path, rows)
     true = POSES[PARTS[0].name].translation[2]
     color, depth = (
