@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import ctypes
 import logging
+import os
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import numba
 
 _log = logging.getLogger(__name__)
+_LEAST_URGENT = 19
 _TBB = {"linux": "lib/libtbb.so.12", "win32": "Library/bin/tbb12.dll"}
 
 parallel_kernels = threading.RLock()
@@ -35,9 +38,13 @@ def prepare_threading_layer() -> None:
         _log.warning("TBB at %s does not load (%s): parallel kernels may be slower", library, error)
 
 
-def keep_to_one_core() -> None:
-    """Have the parallel kernels of the calling thread, and of it alone, run on one core.
+def stay_behind() -> None:
+    """Have the calling thread, and it alone, leave the cores to the tracker.
 
-    For what goes on beside the tracker: it is in no hurry, and the tracker needs the others.
+    For what goes on beside it and is in no hurry: its parallel kernels run on one core, and on
+    Linux, where a thread has a priority of its own, it runs there when nobody else wants to.
     """
     numba.set_num_threads(1)
+    if sys.platform == "linux":
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _LEAST_URGENT)

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import beside_speed
 import numpy as np
 from figure import Figure, at_most
 
@@ -31,6 +32,7 @@ def run() -> list[Figure]:
     whole, public = (statistics.median(times[name]) for name in ("whole", "public"))
     network = statistics.median(times["network"])
     return [
+        *beside_speed.run(),
         at_most("one detection, 1280x720, 640x384 input, median", whole, "ms", MOST_MS),
         Figure("of that the network", network, "ms"),
         Figure("the same with eight bits", statistics.median(times["int8"]), "ms"),

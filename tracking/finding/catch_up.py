@@ -15,7 +15,7 @@ from snapfit.models.errors import SnapfitError
 from snapfit.models.pose import Pose
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import Status, TrackingResult
-from snapfit.tracking.threads import keep_to_one_core
+from snapfit.tracking.threads import stay_behind
 from snapfit.tracking.tracker import Tracker
 
 _LOG = logging.getLogger(__name__)
@@ -145,7 +145,7 @@ class CatchUpThread:
         self._thread.join()
 
     def _run(self) -> None:
-        keep_to_one_core()
+        stay_behind()
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._closed.is_set() or self._begun is not None)

@@ -13,7 +13,7 @@ from snapfit.models.errors import SnapfitError
 from snapfit.tracking.finding.account import LookAccount
 from snapfit.tracking.finding.finder import CountsRejections, Finder, Hypothesis
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.threads import keep_to_one_core
+from snapfit.tracking.threads import stay_behind
 
 _LOG = logging.getLogger(__name__)
 _PROBLEMS_REMEMBERED = 100
@@ -159,7 +159,7 @@ class LookoutThread:
         self._thread.join()
 
     def _run(self) -> None:
-        keep_to_one_core()
+        stay_behind()
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._is_closed or self._task is not None)
