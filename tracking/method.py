@@ -27,9 +27,9 @@ FINDERS = MappingProxyType(
 )
 """By detector: the module of its finder."""
 
-NETWORK_LATENCY_S = 0.4
-"""Of the network and the shapes that it guides, on one core (docs/finding.md): 60 ms for the
-network, 15 for the bench, and some 50 for each part that is wanted; eight are, at a cold start."""
+NETWORK_LATENCY_S = 0.5
+"""Of the network and the shapes that it guides, on one core, all eight parts of the largest asset
+wanted, as at a cold start; one part alone takes about a quarter of it (docs/finding.md)."""
 
 GEOMETRIC_LATENCY_S = 1.0
 """Measured on one core: 0.4 to 1.6 s for three to eight parts (docs/finding.md)."""

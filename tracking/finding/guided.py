@@ -34,7 +34,7 @@ from snapfit.tracking.recovery.taken import TakenPlaces
 _LOG = logging.getLogger(__name__)
 _FIRST_MARGINS_PX = (4.0, 2.0)
 _LAST_MARGINS_PX = (2.0,) * 4
-_SETTLED = 2
+_SETTLED, _CLOSE_M, _CLOSE_RAD = 2, 0.003, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,9 +173,11 @@ class GuidedFinder:
             pose = self.camera.color_from_depth @ each.depth_from_body
             tried += self._judged(scene, region, shape, pose, _FIRST_MARGINS_PX)
         tried.sort(key=lambda each: -each.score)
+        # Neighbours have mostly met at one pose.
+        others = [each for each in tried[1:_SETTLED] if not _is_close(each, tried[0])]
         settled = [
             verdict
-            for each in tried[:_SETTLED]
+            for each in tried[:1] + others
             for verdict in self._judged(
                 scene, region, shape, each.camera_from_body, _LAST_MARGINS_PX
             )
@@ -222,6 +224,11 @@ class GuidedFinder:
     def _is_same(self, body: int, found: Found, other: int, known: Found) -> bool:
         """Whether a body lies where another one does."""
         return self._taken.lies_in(body, found.camera_from_body, other, known.camera_from_body)
+
+
+def _is_close(one: Verdict, other: Verdict) -> bool:
+    a, b = one.camera_from_body, other.camera_from_body
+    return bool(a.distance_to(b) < _CLOSE_M and a.angle_to(b) < _CLOSE_RAD)
 
 
 def guided(detector: Detector, bodies: Sequence[Body], camera: RgbdCamera) -> Finder:
