@@ -152,7 +152,7 @@ class GuidedFinder:
         for each in candidates:
             if len(told) == len(alike):
                 break
-            region = scene.regions.cut(each.box_px)
+            region = scene.regions.cut(each.box_px, each.score)
             found = None if region is None else self._best(scene, region, shape)
             if found is None:
                 self._rejected["no_fit"] += 1

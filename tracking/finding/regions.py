@@ -20,10 +20,14 @@ class Region:
 
     Attributes:
         box_px: (4,) left, top, right, bottom in the image of the cloud's camera.
+        score: of the network's class, 0 to 1.
+        stands: (h, w) points of the cloud that rise above the plane, of the whole image.
         middle_z_m: median distance along z of what is measured inside and rises above the plane.
     """
 
     box_px: Array
+    score: float
+    stands: npt.NDArray[np.bool_]
     middle_z_m: float
 
     @property
@@ -51,16 +55,17 @@ class RegionMap:
     def __init__(
         self, cloud: PointCloud, stands: npt.NDArray[np.bool_], camera: RgbdCamera
     ) -> None:
-        self._cloud, self._camera = cloud, camera
+        self._cloud, self._camera, self._stands = cloud, camera, stands
         self._z_m = cloud.depth_m[stands]
         seen = camera.color_from_depth.transform(cloud.points_m[stands])
         self._pixels = camera.color.project(seen) if len(seen) else np.zeros((0, 2))
 
-    def cut(self, box_px: Array) -> Region | None:
+    def cut(self, box_px: Array, score: float) -> Region | None:
         """The region of a box in the colour image; None where too little is measured.
 
         Args:
             box_px: (4,) left, top, right, bottom, px of the colour image.
+            score: of the network's class.
         """
         left, top, right, bottom = (float(each) for each in box_px)
         u, v = self._pixels.T
@@ -77,4 +82,4 @@ class RegionMap:
         depth_from_color = self._camera.color_from_depth.inverse()
         places = self._cloud.camera.project(depth_from_color.transform(np.array(corners)))
         box = np.concatenate([places.min(axis=0), places.max(axis=0)])
-        return Region(box, z_m)
+        return Region(box, score, self._stands, z_m)
