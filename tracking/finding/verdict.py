@@ -14,7 +14,7 @@ from snapfit.tracking.finding.regions import Region
 from snapfit.tracking.optimiser import Attempt
 
 _AGREES_M = 0.008
-_SURE = 0.5
+_SURE = 0.57
 _AROUND, _NEARER_M, _FARTHER_M = 4, 0.01, 0.02
 
 
