@@ -49,7 +49,7 @@ def reinitialised(
 def delay_frames(latency_s: float, frame_rate_hz: float) -> int:
     """How many frames later an answer comes that took some seconds; at the next frame at least.
 
-    What is ready between two frames is used in the later one: 0.5 s are 15 frames at 30 Hz, 60 ms are 2.
+    What is ready between two frames is used in the later one: 60 ms are 2 frames at 30 Hz.
     """
     # 0.1 s at 30 Hz are 3.0000000000000004 frames in floating point.
     return max(1, math.ceil(latency_s * frame_rate_hz - _SLACK_FRAMES))

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
-from bench import ASSET, CAMERA
-from conftest import on_bench
+from bench import ASSET, CAMERA, on_bench
 
 from snapfit.models.asset import Part
 from snapfit.models.camera import AZURE_KINECT_720P, RgbdCamera
