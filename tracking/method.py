@@ -27,7 +27,7 @@ FINDERS = MappingProxyType(
 )
 """By detector: the module of its finder."""
 
-NETWORK_LATENCY_S = 0.5
+NETWORK_LATENCY_S = 0.7
 """Of the network and the shapes that it guides, on one core, all eight parts of the largest asset
 wanted, as at a cold start; one part alone takes about a quarter of it (docs/finding.md)."""
 
