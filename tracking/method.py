@@ -18,17 +18,18 @@ from snapfit.tracking.result import TrackingResult
 # their finished runs stand when detection changes.
 FRAME_BY_FRAME = "snapfit.tracking.detection.frame_by_frame"
 REINITIALISED = "snapfit.tracking.finding.reinitialised"
+NETWORK = "snapfit.tracking.detection.detector"
 FINDERS = MappingProxyType(
     {
-        "network": "snapfit.tracking.detection.detector",
+        "network": "snapfit.tracking.finding.guided",
         "geometric": "snapfit.tracking.finding.geometric",
     }
 )
 """By detector: the module of its finder."""
 
-NETWORK_LATENCY_S = 0.06
-"""Declared for a network on the CPU of a laptop: letterbox, inference, PnP of all parts. What it is
-on a machine says `ms` of `snapfit benchmark --clutter`."""
+NETWORK_LATENCY_S = 0.7
+"""Of the network and the shapes that it guides, on one core, all eight parts of the largest asset
+wanted, as at a cold start; one part alone takes about a quarter of it (docs/finding.md)."""
 
 GEOMETRIC_LATENCY_S = 1.0
 """Measured on one core: 0.4 to 1.6 s for three to eight parts (docs/finding.md)."""
@@ -90,7 +91,7 @@ class ReinitialisedMethod(Method):
 
     Attributes:
         detector: what finds the parts: the network in the asset's bundle, or shape alone.
-        uses_depth: whether measured depth fixes the distance of what the network finds.
+        uses_depth: whether shape in the depth image says how what the network finds lies.
         is_published: the rule of the GBOT paper (section 3.3): every 10th frame a part that is
             detected more than 5 cm away is put there, and the tracker waits for the detector.
         is_cold: the benchmark gives it no first poses: it finds the parts by itself.

@@ -50,7 +50,7 @@ _GBOT = replace(
 _RIGID = GraphParameters(is_rigid=True)
 _HASTY = GraphParameters(judge=AssemblyParameters(close_frames=1, near_frames=1, undone_frames=1))
 _REINIT = ReinitialisedMethod(
-    "gbot with yolov8pose+depth beside: finds are tried out, and the likelier pose wins",
+    "gbot with network and shape beside: finds are tried out, and the likelier pose wins",
     _GBOT,
     GraphParameters(),
 )

@@ -14,12 +14,13 @@ from typing import Protocol
 from snapfit.models.errors import SnapfitError
 from snapfit.models.pose import Pose
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.result import Status, TrackingResult
+from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.threads import stay_behind
 from snapfit.tracking.tracker import Tracker
 
 _LOG = logging.getLogger(__name__)
 _LEAST_CONFIDENCE = 0.5
+_HIDDEN = 0.4
 _MOST_FRAMES = 150
 """Who is not there after so many frames never will be: this machine is too slow for it."""
 
@@ -185,11 +186,12 @@ class _Pursuit:
         self._follower = follower
         self._parts: Mapping[str, Pose] = {}
         self._result: TrackingResult | None = None
+        self._are_rough = True
 
     def start(self, frame: Frame, starts: Mapping[str, Pose], *, are_rough: bool) -> None:
         for name in self._follower.names:
             self._follower.stop(name)
-        self._parts, self._result = starts, None
+        self._parts, self._result, self._are_rough = starts, None, are_rough
         try:
             self._follower.start(frame, starts, are_rough=are_rough)
             self._result = self._follower.track(frame)
@@ -201,12 +203,17 @@ class _Pursuit:
             self._result = self._follower.track(frame)
 
     def poses(self) -> Mapping[str, Pose]:
-        """Where the parts are that are seen well."""
+        """Where the parts are that are seen well; those that were found for sure may be hidden."""
         if self._result is None:
             return {}
         return {
             each.part: each.camera_from_body
             for each in self._result.parts
             if each.part in self._parts and each.camera_from_body is not None
-            if each.status is Status.TRACKED and each.confidence >= _LEAST_CONFIDENCE
+            if self._is_followed(each)
         }
+
+    def _is_followed(self, estimate: PartEstimate) -> bool:
+        if estimate.status is Status.PREDICTED:
+            return not self._are_rough and estimate.visibility < _HIDDEN
+        return estimate.status is Status.TRACKED and estimate.confidence >= _LEAST_CONFIDENCE

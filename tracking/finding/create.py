@@ -62,6 +62,7 @@ def create_finder(
         from snapfit.tracking.detection.detector import Detector
         from snapfit.tracking.detection.parameters import DetectorParameters, RangeParameters
         from snapfit.tracking.detection.providers import providers_here
+        from snapfit.tracking.finding.guided import guided
 
         if asset is None:
             raise TrackingError("a network lies in an asset's bundle: name an asset")
@@ -74,10 +75,10 @@ def create_finder(
         settings = DetectorParameters(
             range=RangeParameters(), providers=providers_here(providers), threads=1
         )
-        finder = Detector(asset.directory, parts, camera, settings)
-        if finder.provider != settings.providers[0]:
-            _LOG.warning("%s does not start: %s runs", settings.providers[0], finder.provider)
-        return finder
+        network = Detector(asset.directory, parts, camera, settings)
+        if network.provider != settings.providers[0]:
+            _LOG.warning("%s does not start: %s runs", settings.providers[0], network.provider)
+        return guided(network, bodies, camera)
     raise _unknown(detector)
 
 

@@ -1,33 +1,45 @@
-"""Which part lies where, when several may: a cluster is one part."""
+"""Which part lies where, when several may: at a place is one part."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from snapfit.models.pose import Pose
 from snapfit.tracking.body import Body
-from snapfit.tracking.finding.clusters import Cluster
 from snapfit.tracking.finding.finder import Hypothesis
-from snapfit.tracking.finding.scoring import Refined
+
+
+class Found(Protocol):
+    """A pose, and how sure it is."""
+
+    @property
+    def camera_from_body(self) -> Pose:
+        """The pose."""
+
+    @property
+    def score(self) -> float:
+        """How sure it is, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A pose of a part that explains a cluster.
+    """A pose of a part that explains what is seen at a place.
 
     Attributes:
         part: its name.
         shape: a number; parts with the same have the same mesh.
-        cluster: that is explained.
+        pieces: numbers of what is explained; of two fits that share one, one is wrong.
         found: the pose, and what speaks for it.
     """
 
     part: str
     shape: int
-    cluster: Cluster
-    found: Refined
+    pieces: frozenset[int]
+    found: Found
 
 
 def in_order(fits: Sequence[Fit]) -> list[Hypothesis]:
@@ -39,7 +51,7 @@ def in_order(fits: Sequence[Fit]) -> list[Hypothesis]:
     ordered = sorted(fits, key=lambda each: -each.found.score)
     placed: dict[str, Fit] = {}
     for fit in ordered:
-        free = all(not fit.cluster.pieces & each.cluster.pieces for each in placed.values())
+        free = all(not fit.pieces & each.pieces for each in placed.values())
         if free and fit.part not in placed:
             placed[fit.part] = fit
     chosen = list(placed.values())
@@ -68,5 +80,5 @@ def _is_open(fit: Fit, placed: Collection[Fit]) -> bool:
     return all(
         each.shape == fit.shape
         for each in placed
-        if each.cluster.pieces & fit.cluster.pieces and each.part != fit.part
+        if each.pieces & fit.pieces and each.part != fit.part
     )

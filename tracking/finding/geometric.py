@@ -132,7 +132,7 @@ class GeometricFinder:
             if found is not None and found.score > _HOPELESS:
                 tried.append((cluster, found))
         tried.sort(key=lambda each: -each[1].worth)
-        best: dict[frozenset[int], Fit] = {}
+        best: dict[frozenset[int], Refined] = {}
         settled: Counter[frozenset[int]] = Counter()
         for cluster, first in tried:
             settled[cluster.pieces] += 1
@@ -141,12 +141,12 @@ class GeometricFinder:
             pose = first.camera_from_body
             found = scorer.refine(pose, _LAST_MARGINS_PX, scene.cloud, cluster)
             known = best.get(cluster.pieces)
-            if found is not None and (known is None or found.worth > known.found.worth):
-                best[cluster.pieces] = Fit(name, self._shapes[name], cluster, found)
+            if found is not None and (known is None or found.worth > known.worth):
+                best[cluster.pieces] = found
         convincing = []
-        for fit in best.values():
-            if (objection := self._objection(scene, name, fit.found)) is None:
-                convincing.append(fit)
+        for pieces, found in best.items():
+            if (objection := self._objection(scene, name, found)) is None:
+                convincing.append(Fit(name, self._shapes[name], pieces, found))
             else:
                 self.rejected[objection] += 1
         return convincing

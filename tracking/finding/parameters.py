@@ -67,6 +67,29 @@ class ProposalParameters:
 
 
 @dataclass(frozen=True)
+class BoxParameters:
+    """How views of a part are fitted into a box that the network says.
+
+    Attributes:
+        turns: about the line of sight, evenly.
+        size_ratio: between the sides of a view's box and the network's, at most.
+        reach_m: an error counts as much at most; what is so much nearer hides the part.
+        hidden_share: of it, that a hidden point counts.
+        box_weight_m: of the difference between the boxes.
+        followed: best poses of the coarse grid whose neighbours are compared.
+        kept: poses a region.
+    """
+
+    turns: int = 24
+    size_ratio: float = 1.5
+    reach_m: float = 0.015
+    hidden_share: float = 0.5
+    box_weight_m: float = 0.02
+    followed: int = 16
+    kept: int = 6
+
+
+@dataclass(frozen=True)
 class GeometricParameters:
     """All of the geometric finder.
 
@@ -89,6 +112,31 @@ class GeometricParameters:
     least_score: float = 0.7
     least_evidence: int = 100
     deepest_m: float = 0.008
+
+
+@dataclass(frozen=True)
+class GuidedParameters:
+    """All of the finder that a network guides, but the network's own.
+
+    Attributes:
+        cloud: from the depth image to points that rise above the bench.
+        views: of the viewpoint models.
+        box: how they are fitted into the network's boxes.
+        least_tried, clear_score: so many poses of a region are refined at least; after that no
+            more, if one of them scores so much.
+        least_score: that is told (see `Verdict.score`).
+        least_evidence: lines and points that took part.
+        deepest_m: how far a part may reach into the plane.
+    """
+
+    cloud: CloudParameters = field(default_factory=CloudParameters)
+    views: ProposalParameters = field(default_factory=ProposalParameters)
+    box: BoxParameters = field(default_factory=BoxParameters)
+    least_tried: int = 3
+    clear_score: float = 0.85
+    least_score: float = 0.65
+    least_evidence: int = 100
+    deepest_m: float = 0.012
 
 
 @dataclass(frozen=True)

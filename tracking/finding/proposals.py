@@ -73,12 +73,12 @@ class PartViews:
         misfit = Misfit(cloud, plane, cluster, p)
         turns = 2 * np.pi * np.arange(p.turns) / p.turns
         views, turns = np.tile(fitting, p.turns), np.repeat(turns, len(fitting))
-        along = _along(cluster.middle_m)
-        rotations, errors = self._errors(misfit, along, views, turns)
-        best = _apart(rotations, errors, p.followed, p.apart_deg)
+        sight = along(cluster.middle_m)
+        rotations, errors = self._errors(misfit, sight, views, turns)
+        best = apart(rotations, errors, p.followed, p.apart_deg)
         views, turns = self._around(views[best], turns[best])
-        rotations, errors = self._errors(misfit, along, views, turns)
-        best = _apart(rotations, errors, p.kept, p.apart_deg)
+        rotations, errors = self._errors(misfit, sight, views, turns)
+        best = apart(rotations, errors, p.kept, p.apart_deg)
         moved = cluster.middle_m - np.einsum("nij,nj->ni", rotations, self._middles[views])
         return [
             Proposal(Pose.from_rotation_translation(rotations[i], moved[i]), float(errors[i]))
@@ -86,10 +86,10 @@ class PartViews:
         ]
 
     def _errors(
-        self, misfit: Misfit, along: Array, views: Indices, turns: Array
+        self, misfit: Misfit, sight: Array, views: Indices, turns: Array
     ) -> tuple[Array, Array]:
         """Rotations (N, 3, 3) of views (N,) in turns (N,), rad, and errors (N,) m."""
-        turned = along @ _about_z(turns)
+        turned = sight @ about_z(turns)
         rotations = turned @ self._rotations[views]
         flat = turned.transpose(0, 2, 1).astype(np.float32)
         corners = (self._corners - self._middles[views][:, None]) @ rotations.transpose(0, 2, 1)
@@ -105,7 +105,7 @@ class PartViews:
         which, near = np.nonzero(cosines > np.cos(np.radians(p.around_deg)))
         # Rz(turn') R' is to be as near as can be to Rz(turn) R.
         relative = (
-            _about_z(turns[which])
+            about_z(turns[which])
             @ self._rotations[views[which]]
             @ self._rotations[near].transpose(0, 2, 1)
         )
@@ -129,7 +129,7 @@ def _corners(vertices: npt.NDArray[np.float32]) -> Array:
     return corners
 
 
-def _about_z(angles: Array) -> Array:
+def about_z(angles: Array) -> Array:
     """(N, 3, 3) rotations about z by angles (N,), rad."""
     result = np.zeros((len(angles), 3, 3))
     result[:, 0, 0] = result[:, 1, 1] = np.cos(angles)
@@ -139,7 +139,7 @@ def _about_z(angles: Array) -> Array:
     return result
 
 
-def _along(ray: Array) -> Array:
+def along(ray: Array) -> Array:
     """(3, 3) rotation that lays the line of sight along a ray."""
     z = ray / np.linalg.norm(ray)
     x = np.cross((0.0, 1.0, 0.0), z)
@@ -147,7 +147,7 @@ def _along(ray: Array) -> Array:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _apart(rotations: Array, errors: Array, n: int, apart_deg: float) -> list[int]:
+def apart(rotations: Array, errors: Array, n: int, apart_deg: float) -> list[int]:
     """Indices of the least errors whose rotations (N, 3, 3) are some degrees apart."""
     chosen: list[int] = []
     # The trace of the relative rotation is 1 + 2 cos(angle).

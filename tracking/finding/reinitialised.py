@@ -12,7 +12,7 @@ from snapfit.tracking.finding.finder import Finder
 from snapfit.tracking.finding.lookout import DelayedLookout
 from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
-from snapfit.tracking.method import FINDERS, ReinitialisedMethod
+from snapfit.tracking.method import FINDERS, NETWORK, ReinitialisedMethod
 from snapfit.tracking.tracker import Tracker
 
 _SLACK_FRAMES = 1e-6
@@ -65,9 +65,15 @@ def _finder(
         return by_shape
     from snapfit.tracking.detection.parameters import DetectorParameters, RangeParameters
 
-    detection = import_module(FINDERS["network"])
     measured = RangeParameters() if method.uses_depth else None
     # One thread: live it looks beside the tracker, which needs the other cores.
     settings = DetectorParameters(range=measured, threads=1)
-    found: Finder = detection.Detector(asset.directory, parts, tracker.camera, settings)
-    return found
+    network: Finder = import_module(NETWORK).Detector(
+        asset.directory, parts, tracker.camera, settings
+    )
+    if not method.uses_depth:
+        return network
+    by_both: Finder = import_module(FINDERS["network"]).guided(
+        network, tracker.bodies, tracker.camera
+    )
+    return by_both

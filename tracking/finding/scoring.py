@@ -15,7 +15,7 @@ from snapfit.tracking.confidence import Evidence
 from snapfit.tracking.finding.clusters import Cluster
 from snapfit.tracking.finding.point_cloud import PointCloud
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.optimiser import Optimiser
+from snapfit.tracking.optimiser import Attempt, Optimiser
 from snapfit.tracking.parameters import OcclusionParameters, TrackerParameters
 
 _ONLY = np.ones(1, dtype=np.int64)
@@ -86,6 +86,14 @@ class Scorer:
             cloud: the frame's depth.
             cluster: that the pose explains.
         """
+        settled = self.settle(pose, margins_px)
+        if settled is None:
+            return None
+        overlap = _overlap(self.drawn(settled.camera_from_body, cloud), cloud, cluster)
+        return Refined(settled.camera_from_body, settled.likelihood, settled.evidence, overlap)
+
+    def settle(self, pose: Pose, margins_px: Sequence[float]) -> Attempt | None:
+        """As `refine`, without a cluster to compare with."""
         optimiser = self._optimiser
         optimiser.place(0, pose)
         optimiser.correspond()
@@ -95,14 +103,12 @@ class Scorer:
             if not optimiser.is_solved(0):
                 return None
         optimiser.weigh()
-        refined = optimiser.pose(0)
-        drawn = render(cloud.camera, [(self._body.mesh, self._depth_from_color @ refined)])
-        return Refined(
-            camera_from_body=refined,
-            likelihood=float(optimiser.likelihoods[0]),
-            evidence=optimiser.evidence(0),
-            overlap=_overlap(drawn, cloud, cluster),
-        )
+        likelihood, evidence = float(optimiser.likelihoods[0]), optimiser.evidence(0)
+        return Attempt(optimiser.pose(0), likelihood, evidence, solved=True)
+
+    def drawn(self, pose: Pose, cloud: PointCloud) -> Rendering:
+        """The part at a pose `camera_from_body`, as the cloud's camera would see it alone."""
+        return render(cloud.camera, [(self._body.mesh, self._depth_from_color @ pose)])
 
 
 def _overlap(drawn: Rendering, cloud: PointCloud, cluster: Cluster) -> float:

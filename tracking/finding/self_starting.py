@@ -26,6 +26,8 @@ from snapfit.tracking.tracker import Tracker
 
 _MEANWHILE_FRAMES = 60
 """So many frames are kept while the finder looks: 2 s, some 300 MB in 1280x720."""
+_HIDDEN = 0.4
+"""Of a part on trial: with less visibility it is not judged."""
 
 
 class SelfStartingTracker:
@@ -62,6 +64,7 @@ class SelfStartingTracker:
         self._lost_for = dict.fromkeys(self.names, 0)
         self._unsure_for = dict.fromkeys(self.names, 0)
         self._since_look = self._parameters.every_frames
+        self._found_in: tuple[Frame, Mapping[str, Pose]] | None = None
         self._started = self._dropped = 0
 
     def start(
@@ -93,6 +96,7 @@ class SelfStartingTracker:
                 self._use(found, frame, others)
             if self._catch_up is not None and (starts := self._catch_up.take()) is not None:
                 self._begin(frame, starts, others, are_rough=False)
+                self._found_in = None
         result = self._tracker.track(frame, *others)
         self._take_in(result)
         if frame is not None:
@@ -116,6 +120,7 @@ class SelfStartingTracker:
             else:
                 are_rough = not all(each.is_refined for each in found.hypotheses)
                 frames = list(self._meanwhile) or [frame]
+                self._found_in = None if are_rough else (frames[0], starts)
                 self._catch_up.begin(frames, starts, are_rough=are_rough)
         self._meanwhile.clear()
         proposed: dict[str, list[Pose]] = {}
@@ -144,7 +149,13 @@ class SelfStartingTracker:
         for name in starts:
             self._tracker.stop(name)
             self._lost_for[name] = self._unsure_for[name] = 0
-        self._tracker.start(frame, starts, *others, are_rough=are_rough)
+        if self._found_in is None or len(self.cameras) > 1:
+            self._tracker.start(frame, starts, *others, are_rough=are_rough)
+        else:
+            # A hand may hide them by now: their colours are those of the frame that was looked at.
+            seen_in, found = self._found_in
+            self._tracker.start(seen_in, {name: found[name] for name in starts}, are_rough=False)
+            self._tracker.put(starts)
         self._trial.update(dict.fromkeys(starts, self._parameters.trial_frames))
         self._started += len(starts)
 
@@ -192,11 +203,15 @@ class SelfStartingTracker:
             is_lost = each.status is Status.LOST
             self._lost_for[name] = self._lost_for[name] + 1 if is_lost else 0
             self._unsure_for[name] = 0 if self._is_sure(each) else self._unsure_for[name] + 1
-            if self._trial[name] > 0 and each.confidence < self._parameters.least_confidence:
+            # What is hidden neither stands its trial nor fails: it goes on when it is seen again.
+            is_hidden = each.status is Status.PREDICTED and each.visibility < _HIDDEN
+            if self._trial[name] == 0 or is_hidden:
+                continue
+            self._trial[name] -= 1
+            if each.confidence < self._parameters.least_confidence:
                 self._tracker.stop(name)
                 self._dropped += 1
                 self._trial[name] = self._lost_for[name] = 0
-            self._trial[name] -= min(self._trial[name], 1)
 
     def _keep(self, frame: Frame) -> None:
         """Keep what comes while parts are looked for that will start."""

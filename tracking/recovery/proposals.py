@@ -25,8 +25,9 @@ class Wanted:
         left: where it was seen last.
         unseen_frames: since it was seen.
         usual_confidence: of its pose, when all is well.
-        proposed: poses to be tried out, however far they are.
+        proposed: poses to be tried out; far ones need clear evidence.
         is_searched: whether it is to be looked for beside them.
+        is_doubted: whether it is seen where it is expected, but what is seen agrees badly.
     """
 
     expected: Pose
@@ -35,6 +36,7 @@ class Wanted:
     usual_confidence: float
     proposed: tuple[Pose, ...] = ()
     is_searched: bool = True
+    is_doubted: bool = False
 
     @property
     def reach_m(self) -> float:

@@ -100,7 +100,10 @@ class Recovery:
             searched = body in self._expected and (not sure or self._probation[body] > 0)
             if self._is_carried(body, estimates) or not (searched or body in proposed):
                 continue
-            wanted[body] = self._wanted(body, proposed.get(body, ()), is_searched=searched)
+            doubted = each.status is Status.TRACKED and not sure
+            wanted[body] = self._wanted(
+                body, proposed.get(body, ()), is_searched=searched, is_doubted=doubted
+            )
         jumped = []
         for body, found in self._regainer.search(frame, wanted, known).items():
             if self._is_better(body, found, estimates[body]):
@@ -120,7 +123,9 @@ class Recovery:
                 self._left[body], self._unseen[body] = self._expected[body], 0
         return sure
 
-    def _wanted(self, body: int, proposed: tuple[Pose, ...], *, is_searched: bool) -> Wanted:
+    def _wanted(
+        self, body: int, proposed: tuple[Pose, ...], *, is_searched: bool, is_doubted: bool
+    ) -> Wanted:
         here = self._expected.get(body, self._optimiser.pose(body))
         return Wanted(
             here,
@@ -129,6 +134,7 @@ class Recovery:
             self._judge.usual(body),
             proposed,
             is_searched,
+            is_doubted,
         )
 
     def _is_better(self, body: int, found: Attempt, estimate: PartEstimate) -> bool:

@@ -34,11 +34,15 @@ class RegainParameters:
         tries: poses tried out in a frame, for all parts together.
         convincing: confidence that a found pose needs.
         least_evidence: lines and points that it needs.
+        least_visibility: share of them that are not hidden, for a pose that is far away.
+        forgotten_frames: so long unseen a part may be anywhere.
     """
 
     tries: int = 3
     convincing: float = 0.7
     least_evidence: int = 120
+    least_visibility: float = 0.5
+    forgotten_frames: int = 90
 
 
 class Regainer:
@@ -119,11 +123,27 @@ class Regainer:
             tried = self._optimiser.attempt(body, pose)
             self._remember(body, tried)
             center = self._proposer.center(body, tried.camera_from_body)
-            in_reach = is_proposed or _nearest(center, known) < wanted.reach_m
+            in_reach = _nearest(center, known) < wanted.reach_m
+            if is_proposed and not in_reach:
+                in_reach = self._may_be_far(frame, body, wanted, tried)
             good = in_reach and self._is_convincing(frame, body, wanted, tried)
             if good and (best is None or tried.likelihood > best.likelihood):
                 best = tried
         return best
+
+    def _may_be_far(self, frame: Frame, body: int, wanted: Wanted, tried: Attempt) -> bool:
+        """Whether a body may be farther away than it can have gone unseen.
+
+        A detector's false find is no reason to leave a place where the body is hidden. But a bench
+        is knocked, and parts come back elsewhere: then the place where it was is seen to be empty,
+        or what is seen there agrees badly. After some seconds nobody knows.
+        """
+        p, evidence = self._parameters, tried.evidence
+        if wanted.unseen_frames >= p.forgotten_frames:
+            return True
+        if evidence.confidence < p.convincing or evidence.visibility < p.least_visibility:
+            return False
+        return wanted.is_doubted or self._seen_through.is_vacant(frame, body, wanted.expected)
 
     def _is_convincing(self, frame: Frame, body: int, wanted: Wanted, tried: Attempt) -> bool:
         """Whether there is enough evidence, it agrees, and the depth image does not object."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Array, Pose
@@ -20,6 +21,7 @@ from snapfit.tracking.frame import Frame
 _SUPPORTING, _ENOUGH_POINTS = 0.2, 20
 _BEHIND_M = 0.025
 _SEEN_THROUGH = 0.5
+_SURFACE_M, _VACANT, _SEEN_SHARE = 0.006, 0.35, 0.5
 
 
 class SeenThrough:
@@ -47,19 +49,43 @@ class SeenThrough:
         few = evidence.supporting_points < _SUPPORTING * evidence.visible_points
         if evidence.visible_points < _ENOUGH_POINTS or not few:
             return False
+        behind_m, has_depth = self._behind(frame, body, pose)
+        # What lies in front hides the part: those points are not to be asked.
+        asked = ~has_depth | (behind_m > -_BEHIND_M)
+        through = has_depth & (behind_m > _BEHIND_M)
+        return bool(through.sum() > max(_SEEN_THROUGH * asked.sum(), _ENOUGH_POINTS))
+
+    def is_vacant(self, frame: Frame, body: int, pose: Pose) -> bool:
+        """Whether a place where a body was is seen, and nothing of the body is there.
+
+        A place behind a hand is not seen: nobody can tell. Nor without depth.
+
+        Args:
+            frame: that is looked at.
+            body: its index.
+            pose: `camera_from_body` of the place.
+        """
+        behind_m, has_depth = self._behind(frame, body, pose)
+        asked = has_depth & (behind_m > -_SURFACE_M)
+        there = asked & (behind_m < _SURFACE_M)
+        enough = asked.sum() > max(_SEEN_SHARE * len(behind_m), _ENOUGH_POINTS)
+        return bool(enough and there.sum() < _VACANT * asked.sum())
+
+    def _behind(self, frame: Frame, body: int, pose: Pose) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """For each surface point in the image, how far behind it something is measured, m.
+
+        And whether anything is: (P,) both, empty without depth.
+        """
         camera, depth = self._camera.depth, frame.depth
         if camera is None or depth is None:
-            return False
+            return np.zeros(0), np.zeros(0, dtype=np.bool_)
         points = (self._depth_from_color @ pose).transform(self._surface(body, pose))
         points = points[points[:, 2] > 0]
         column, row = np.rint(camera.project(points)).astype(np.int64).T
         inside = (column >= 0) & (row >= 0) & (column < camera.width) & (row < camera.height)
         counts = depth[row[inside], column[inside]]
         behind_m = counts * self._camera.depth_scale_m - points[inside, 2]
-        # What lies in front hides the part: those points are not to be asked.
-        asked = (counts == 0) | (counts == np.iinfo(np.uint16).max) | (behind_m > -_BEHIND_M)
-        through = (counts > 0) & (counts < np.iinfo(np.uint16).max) & (behind_m > _BEHIND_M)
-        return bool(through.sum() > max(_SEEN_THROUGH * asked.sum(), _ENOUGH_POINTS))
+        return behind_m, (counts > 0) & (counts < np.iinfo(np.uint16).max)
 
     def _surface(self, body: int, pose: Pose) -> Array:
         """(300, 3) points of a body's surface that the camera sees, body frame, m."""

@@ -33,17 +33,27 @@ class TakenPlaces:
             pose: where it would be.
             known: where others are.
         """
-        points = pose.transform(self._surfaces[body][:_FEW])
+        return any(
+            self.lies_in(body, pose, other, other_pose)
+            for other, other_pose in known.items()
+            if other != body
+        )
+
+    def lies_in(self, body: int, pose: Pose, other: int, other_pose: Pose) -> bool:
+        """Whether a body's surface lies in another one's; both may be the same body.
+
+        Args:
+            body, other: indices.
+            pose, other_pose: where they are.
+        """
+        apart = self._center(body, pose) - self._center(other, other_pose)
+        if np.linalg.norm(apart) > self._radii[other]:
+            return False
         tolerance_m = max(_SAME_SURFACE * self._radii[body], 0.002)
-        for other, other_pose in known.items():
-            apart = self._center(body, pose) - self._center(other, other_pose)
-            if other == body or np.linalg.norm(apart) > self._radii[other]:
-                continue
-            theirs = other_pose.transform(self._surfaces[other])
-            squares = ((points[:, None] - theirs[None]) ** 2).sum(axis=-1).min(axis=1)
-            if (squares < tolerance_m**2).mean() > _TAKEN:
-                return True
-        return False
+        points = pose.transform(self._surfaces[body][:_FEW])
+        theirs = other_pose.transform(self._surfaces[other])
+        squares = ((points[:, None] - theirs[None]) ** 2).sum(axis=-1).min(axis=1)
+        return bool((squares < tolerance_m**2).mean() > _TAKEN)
 
     def _center(self, body: int, pose: Pose) -> Array:
         center: Array = pose.transform(self._centers[body][None])[0]

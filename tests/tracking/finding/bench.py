@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from snapfit.models.asset import find_asset
+from snapfit.models.asset import Part, find_asset
 from snapfit.models.camera import AZURE_KINECT_720P, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.models.symmetry import distance_modulo_symmetry
@@ -24,6 +24,7 @@ from snapfit.tracking.tracker import Tracker
 CAMERA = RgbdCamera(AZURE_KINECT_720P, AZURE_KINECT_720P)
 # The bench in the colour camera's frame: 45 degrees below it, 0.42 m away.
 NORMAL = np.array([0.0, -1.0, -1.0]) / np.sqrt(2)
+OFFSET_M = 0.42
 
 ASSET = find_asset("hobby-corner-clamp")
 PARTS = ASSET.tracked_parts
@@ -94,3 +95,14 @@ def play(method: str, detector: str, shots: Sequence[Shot]) -> list[Played]:
         catch_up=ImmediateCatchUp(Tracker(tracker.bodies, CAMERA)),
     )
     return [Played(finding.track(frame)) for frame in frames]
+
+
+def on_bench(part: Part, rotation: Sequence[float], x_m: float, y_m: float) -> Pose:
+    """`camera_from_body` of a part that touches the bench, above the point on the ray (x, y, 1)."""
+    turn = Pose.exp([*rotation, 0, 0, 0])
+    ray = np.array([x_m, y_m, 0.58])
+    ground = ray * (-OFFSET_M / (NORMAL @ ray))
+    center = turn.transform(part.mesh.center_m)
+    lowest = (turn.transform(part.mesh.vertices) - center) @ NORMAL
+    translation = ground - center - lowest.min() * NORMAL
+    return Pose.from_rotation_translation(turn.rotation, translation)

@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from bench import CAMERA, NORMAL
+from bench import CAMERA, NORMAL, OFFSET_M, on_bench
 
 from snapfit.models.asset import Part, find_asset
 from snapfit.models.camera import PinholeCamera, RgbdCamera
@@ -20,8 +20,6 @@ from snapfit.tracking.body import Body, load_bodies
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.open3d_module import open3d
 from snapfit.tracking.frame import Frame
-
-OFFSET_M = 0.42
 
 Draw = Callable[..., Frame]
 
@@ -58,17 +56,6 @@ def lying(clamp: tuple[Part, ...]) -> dict[str, Pose]:
         jaw.name: on_bench(jaw, [2.0, 0.5, -0.2], 0.04, 0.06),
         bolt.name: on_bench(bolt, [0.3, 0.8, 1.1], 0.17, -0.02),
     }
-
-
-def on_bench(part: Part, rotation: Sequence[float], x_m: float, y_m: float) -> Pose:
-    """`camera_from_body` of a part that touches the bench, above the point on the ray (x, y, 1)."""
-    turn = Pose.exp([*rotation, 0, 0, 0])
-    ray = np.array([x_m, y_m, 0.58])
-    ground = ray * (-OFFSET_M / (NORMAL @ ray))
-    center = turn.transform(part.mesh.center_m)
-    lowest = (turn.transform(part.mesh.vertices) - center) @ NORMAL
-    translation = ground - center - lowest.min() * NORMAL
-    return Pose.from_rotation_translation(turn.rotation, translation)
 
 
 @pytest.fixture(scope="session")

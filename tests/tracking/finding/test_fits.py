@@ -1,10 +1,7 @@
-"""A cluster is one part."""
-
-import numpy as np
+"""At a place is one part."""
 
 from snapfit.models.pose import Pose
 from snapfit.tracking.confidence import Evidence
-from snapfit.tracking.finding.clusters import Cluster
 from snapfit.tracking.finding.finder import Hypothesis
 from snapfit.tracking.finding.fits import Fit, in_order
 from snapfit.tracking.finding.scoring import Refined
@@ -12,12 +9,8 @@ from snapfit.tracking.finding.scoring import Refined
 
 def fit(part: str, shape: int, pieces: set[int], score: float) -> Fit:
     """All lines and points agree; the overlap is the score."""
-    empty = np.zeros((1, 1))
-    cluster = Cluster(
-        frozenset(pieces), np.ones(3), 0.1, 0.01, 0, 0, empty > 0, empty.astype(np.float32)
-    )
     evidence = Evidence(200, 0, 100, 100, 100, 100, 100)
-    return Fit(part, shape, cluster, Refined(Pose.identity(), 0.0, evidence, score))
+    return Fit(part, shape, frozenset(pieces), Refined(Pose.identity(), 0.0, evidence, score))
 
 
 def told(hypotheses: list[Hypothesis]) -> list[tuple[str, float]]:

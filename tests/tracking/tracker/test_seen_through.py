@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from snapfit.models.asset import find_asset
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import load_bodies
 from snapfit.tracking.confidence import Evidence
@@ -74,3 +75,32 @@ def test_a_hidden_part_does_not_jump_onto_its_twin(clamp, camera, draw) -> None:
     for _ in range(20):
         back = tracker.track(draw(parts, poses)).parts[1]
     assert back.camera_from_body.distance_to(there) < 0.002
+
+
+def test_a_place_is_vacant_where_it_is_seen_and_nothing_is_there(clamp, seen_through, draw) -> None:
+    frame = draw(clamp[:1], {clamp[0].name: HOME})
+    aside = Pose.from_translation(0.2, 0.0, 0.0) @ HOME
+    assert seen_through.is_vacant(frame, 0, aside)
+    assert not seen_through.is_vacant(frame, 0, HOME)
+    covered = draw([], {}, cover=(slice(None), slice(None), 0.4))
+    assert not seen_through.is_vacant(covered, 0, HOME)
+    assert not seen_through.is_vacant(draw([], {}, depth="none"), 0, HOME)
+
+
+@pytest.mark.parametrize("is_covered", [True, False])
+def test_a_find_far_away_counts_where_the_old_place_is_seen_to_be_empty(
+    clamp, camera, draw, is_covered
+) -> None:
+    jaw = clamp[1]
+    here, there = HOME, Pose.from_translation(-0.2, 0.0, 0.0) @ HOME
+    tracker = create_tracker("gbot", [jaw], camera, asset=find_asset("hobby-corner-clamp"))
+    frame = draw([jaw], {"jaw": here})
+    tracker.start(frame, {"jaw": here})
+    tracker.track(frame)
+    u, v = camera.color.project(here.translation[None])[0].astype(int)
+    cover = (slice(v - 110, v + 110), slice(u - 85, u + 110), 0.45)
+    after = draw([jaw], {"jaw": there}, **({"cover": cover} if is_covered else {}))
+    for _ in range(12):
+        tracker.propose({"jaw": [there]})
+        said = tracker.track(after).parts[0]
+    assert said.camera_from_body.distance_to(here if is_covered else there) < 0.002

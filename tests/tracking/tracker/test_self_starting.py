@@ -277,3 +277,32 @@ def test_the_thread_takes_one_frame_at_a_time(parts, draw) -> None:
     assert found.frame == frame.name
     assert [each.part for each in found.hypotheses] == ["jaw"]
     assert not lookout.offer(frame, ["jaw"])
+
+
+def test_a_part_that_is_hidden_at_once_is_not_dropped(parts, draw) -> None:
+    """A hand comes while it is looked for: it starts, waits, and is tracked when it is seen."""
+
+    class Refined(FakeFinder):
+        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+            found = super().find(frame, wanted)
+            return [replace(e, camera_from_body=HERE, is_refined=True) for e in found]
+
+    tracker = SelfStartingTracker(
+        create_tracker("gbot-without-graph", parts[:1], CAMERA),
+        parts[:1],
+        DelayedLookout(Refined({"jaw": HERE}), 6),
+        catch_up=ImmediateCatchUp(Tracker(load_bodies(parts[:1]), CAMERA)),
+    )
+    u, v = CAMERA.color.project(HERE.translation[None])[0].astype(int)
+    cover = (slice(v - 130, v + 130), slice(u - 130, u + 130), 0.4)
+    clear = draw(parts[:1], {"jaw": HERE})
+    hidden = draw(parts[:1], {"jaw": HERE}, cover=cover)
+    for frame in [clear, clear, *[hidden] * 14]:
+        said = tracker.track(frame).parts[0]
+    assert tracker.account.started == 1
+    assert said.status is Status.PREDICTED
+    assert said.camera_from_body.distance_to(HERE) < 0.002
+    said = [tracker.track(clear).parts[0] for _ in range(6)][-1]
+    assert said.status is Status.TRACKED
+    assert said.camera_from_body.distance_to(HERE) < 0.002
+    assert tracker.account.dropped == 0
