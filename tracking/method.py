@@ -27,12 +27,10 @@ FINDERS = MappingProxyType(
 )
 """By detector: the module of its finder."""
 
-NETWORK_LATENCY_S = 0.7
-"""Of the network and the shapes that it guides, on one core, all eight parts of the largest asset
-wanted, as at a cold start; one part alone takes about a quarter of it (docs/finding.md)."""
-
-GEOMETRIC_LATENCY_S = 1.0
-"""Measured on one core: 0.4 to 1.6 s for three to eight parts (docs/finding.md)."""
+LATENCIES_S: Mapping[str, float] = MappingProxyType({"network": 0.7, "geometric": 1.0})
+"""How long a look takes, s, by detector, on one core, with all eight parts of the largest asset
+wanted, as at a cold start; one part alone takes about a quarter of it (docs/finding.md). An answer
+comes as many frames later as a camera would have delivered meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -93,17 +91,15 @@ class ReinitialisedMethod(Method):
         detector: what finds the parts: the network in the asset's bundle, or shape alone.
         uses_depth: whether shape in the depth image says how what the network finds lies.
         is_published: the rule of the GBOT paper (section 3.3): every 10th frame a part that is
-            detected more than 5 cm away is put there, and the tracker waits for the detector.
+            detected more than 5 cm away is put there, and the tracker waits for the detector;
+            elsewhere an answer comes late, by `LATENCIES_S`.
         is_cold: the benchmark gives it no first poses: it finds the parts by itself.
-        latency_s: how long a detection takes, s. Its answer comes as many frames later as a
-            camera would have delivered meanwhile, at least one; the published rule waits instead.
     """
 
     detector: Literal["network", "geometric"] = "network"
     uses_depth: bool = True
     is_published: bool = False
     is_cold: bool = False
-    latency_s: float = NETWORK_LATENCY_S
 
     @property
     def modules(self) -> tuple[str, ...]:

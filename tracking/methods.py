@@ -21,7 +21,6 @@ from snapfit.tracking.following import PAPER_GRAPH, GraphParameters
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.method import (
     FRAME_BY_FRAME,
-    GEOMETRIC_LATENCY_S,
     REINITIALISED,
     FrameByFrameMethod,
     Method,
@@ -58,7 +57,6 @@ _BY_SHAPE = replace(
     _REINIT,
     summary="gbot with the geometric finder beside, which needs no training",
     detector="geometric",
-    latency_s=GEOMETRIC_LATENCY_S,
 )
 
 METHODS: Mapping[str, Method] = MappingProxyType(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import copytree, ignore_patterns
 
 import numpy as np
 import pytest
@@ -131,8 +132,10 @@ def colour_alone(folder: Path) -> Path:
 def test_a_source_whose_parts_nobody_finds_is_refused(
     tmp_path: Path, detector: str, kind: type[SnapfitError], problem: str
 ) -> None:
+    unlearnt = tmp_path / ASSET.name
+    copytree(ASSET.directory, unlearnt, ignore=ignore_patterns("detector.*", "without-*"))
     with pytest.raises(kind, match=problem):
-        opened(colour_alone(tmp_path / "colour"), ASSET.name, detector=detector)
+        opened(colour_alone(tmp_path / "colour"), str(unlearnt), detector=detector)
 
 
 def test_a_method_that_finds_the_parts_itself_needs_no_detector(

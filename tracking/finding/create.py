@@ -19,7 +19,8 @@ from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.finding.parameters import SelfStartParameters
 from snapfit.tracking.finding.reinitialised import delay_frames
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
-from snapfit.tracking.method import GEOMETRIC_LATENCY_S, NETWORK_LATENCY_S
+from snapfit.tracking.finding.turns import in_turn
+from snapfit.tracking.method import LATENCIES_S
 from snapfit.tracking.methods import Progress, create_tracker
 from snapfit.tracking.tracker import Tracker
 
@@ -27,7 +28,6 @@ _LOG = logging.getLogger(__name__)
 
 DETECTORS: tuple[DetectorName, ...] = get_args(DetectorName)
 
-_LATENCY_S = {"geometric": GEOMETRIC_LATENCY_S, "network": NETWORK_LATENCY_S}
 # While all is seen, a look now and then is enough; it costs a core for as long as it takes.
 _EVERY_S = {"geometric": 3.0, "network": 1.0}
 
@@ -106,7 +106,12 @@ def create_offline(
         raise _unknown(detector)
     tracker = _follower(method, create_tracker(method, parts, camera, progress, asset=asset))
     finder = create_finder(detector, parts, tracker.bodies, camera, asset, providers)
-    lookout = DelayedLookout(finder, delay_frames(_LATENCY_S[detector], frame_rate_hz))
+    lookout = in_turn(
+        [
+            DelayedLookout(each, delay_frames(LATENCIES_S[kind], frame_rate_hz))
+            for kind, each in _in_turn(detector, finder, tracker)
+        ]
+    )
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, camera))
     return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up)
 
@@ -123,13 +128,23 @@ def create_live(
         frame_rate_hz: of the camera.
     """
     every_frames = max(1, round(_EVERY_S[detector] * frame_rate_hz))
+    finders = _in_turn(detector, finder, tracker)
     return SelfStartingTracker(
         tracker,
         parts,
-        LookoutThread(finder),
+        in_turn([LookoutThread(each) for _, each in finders]),
         SelfStartParameters(every_frames=every_frames),
         CatchUpThread(Tracker(tracker.bodies, tracker.camera)),
     )
+
+
+def _in_turn(detector: str, finder: Finder, tracker: Tracker) -> tuple[tuple[str, Finder], ...]:
+    """What looks, by its kind: beside a network that shapes guide, shape alone too."""
+    if detector != "network":
+        return ((detector, finder),)
+    from snapfit.tracking.finding.guided import finders_in_turn
+
+    return finders_in_turn(finder, tracker.bodies)
 
 
 def _follower(method: str, tracker: object) -> Tracker:

@@ -21,6 +21,7 @@ from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.box_views import BoxViews
 from snapfit.tracking.finding.finder import Finder, Hypothesis
 from snapfit.tracking.finding.fits import Fit, Found, in_order, shapes
+from snapfit.tracking.finding.geometric import GeometricFinder
 from snapfit.tracking.finding.open3d_module import open3d
 from snapfit.tracking.finding.parameters import GuidedParameters
 from snapfit.tracking.finding.plane import Plane, find_plane, rises
@@ -229,6 +230,21 @@ class GuidedFinder:
 def _is_close(one: Verdict, other: Verdict) -> bool:
     a, b = one.camera_from_body, other.camera_from_body
     return bool(a.distance_to(b) < _CLOSE_M and a.angle_to(b) < _CLOSE_RAD)
+
+
+def finders_in_turn(finder: Finder, bodies: Sequence[Body]) -> tuple[tuple[str, Finder], ...]:
+    """Finders by the name of their kind, that which looks first comes first.
+
+    Beside a guided finder shape alone looks too: at a start all parts lie free, and then it finds
+    nearly all of them, also such as the network does not know from what lies around.
+
+    Args:
+        finder: as `guided` gives it.
+        bodies: the parts, with their viewpoint models.
+    """
+    if not isinstance(finder, GuidedFinder):
+        return (("network", finder),)
+    return ("geometric", GeometricFinder(bodies, finder.camera)), ("network", finder)
 
 
 def guided(detector: Detector, bodies: Sequence[Body], camera: RgbdCamera) -> Finder:

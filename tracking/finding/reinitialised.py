@@ -12,7 +12,8 @@ from snapfit.tracking.finding.finder import Finder
 from snapfit.tracking.finding.lookout import DelayedLookout
 from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
-from snapfit.tracking.method import FINDERS, NETWORK, ReinitialisedMethod
+from snapfit.tracking.finding.turns import in_turn
+from snapfit.tracking.method import FINDERS, LATENCIES_S, NETWORK, ReinitialisedMethod
 from snapfit.tracking.tracker import Tracker
 
 _SLACK_FRAMES = 1e-6
@@ -41,7 +42,15 @@ def reinitialised(
     finder = _finder(tracker, method, parts, asset)
     if method.is_published:
         return PaperReinitialisation(tracker, finder)
-    lookout = DelayedLookout(finder, delay_frames(method.latency_s, frame_rate_hz))
+    finders: Sequence[tuple[str, Finder]] = [(method.detector, finder)]
+    if method.detector == "network":
+        finders = import_module(FINDERS["network"]).finders_in_turn(finder, tracker.bodies)
+    lookout = in_turn(
+        [
+            DelayedLookout(each, delay_frames(LATENCIES_S[kind], frame_rate_hz))
+            for kind, each in finders
+        ]
+    )
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, tracker.camera))
     return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up)
 
