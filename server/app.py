@@ -46,7 +46,8 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         try:
             all_stations.open()
             _lower_priority()
-            yield
+            async with all_stations.watched():
+                yield
         finally:
             all_stations.close()
 

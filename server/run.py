@@ -54,13 +54,22 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     # Until uvicorn listens to signals, and after: there is nothing to interrupt.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _ignore)
-    server = _Server(config)
+    server = _Server(config, app.state.stations)
     with listener, asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(_serve(server, listener, companion(app.state.stations)))
 
 
 class _Server(uvicorn.Server):
     """Ends in order even if it is told twice; that takes a few seconds at most."""
+
+    def __init__(self, config: uvicorn.Config, stations: Stations) -> None:
+        super().__init__(config)
+        self._stations = stations
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End what waits or streams, so that nothing has to be cut off."""
+        self._stations.end_streams()
+        await super().shutdown(sockets)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """End."""

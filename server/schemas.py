@@ -2,7 +2,7 @@
 
 Metres, seconds, radians; time stamps are integer microseconds of Unix time; quaternions are
 unit, order x, y, z, w. Poses are `camera_from_body` in the OpenCV camera frame (x right, y down,
-z forward).
+z forward) unless another frame or convention was asked for.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from snapfit.server.conventions import Convention
 from snapfit.tracking.result import Status
 
 Confidence = Annotated[float, Field(ge=0, le=1)]
@@ -46,10 +47,10 @@ class PartPose(Schema):
         "(rad), then translation (m); null where unknown."
     )
     linear_velocity: Vector3 | None = Field(
-        description="m/s of the body's origin, in the camera frame; null until seen twice."
+        description="m/s of the body's origin, along the axes of `frame`; null until seen twice."
     )
     angular_velocity: Vector3 | None = Field(
-        description="rad/s, axis times rate, in the camera frame; null until seen twice."
+        description="rad/s, axis times rate, along the axes of `frame`; null until seen twice."
     )
     linked_to: str | None = Field(description="The part that this one is mounted on, or null.")
     last_seen_at_us: TimestampUs | None = Field(
@@ -75,8 +76,17 @@ class SnapshotHeader(Schema):
     )
     captured_at_us: TimestampUs = Field(description="Exposure of the frame.")
     published_at_us: TimestampUs = Field(description="When the tracker was done with it.")
-    frame: Literal["camera"] = Field(description="The frame that poses are given in.")
-    convention: Literal["opencv"] = Field(description="x right, y down, z forward.")
+    frame: str = Field(description="The frame that poses are given in.")
+    convention: Convention = Field(description="The axes that everything is given in.")
+    at_us: TimestampUs | None = Field(
+        default=None,
+        description="Only where it was asked for: the time that poses are extrapolated to.",
+    )
+    at_clamped: bool | None = Field(
+        default=None,
+        description="Only with `at_us`: whether the time asked for is more than 100 ms from the "
+        "exposure, so that poses are given for the nearest time within.",
+    )
 
 
 class PoseSnapshot(SnapshotHeader):

@@ -20,6 +20,8 @@ from snapfit.server.schemas import (
 )
 from snapfit.server.settings import StationSettings
 from snapfit.server.supervisor import Supervisor
+from snapfit.server.view import PLAIN, View
+from snapfit.server.watch import Moment, Watch
 from snapfit.server.worker_spec import WorkerSpec
 
 _PICTURE_WAIT_S = 1.0
@@ -28,8 +30,23 @@ _PICTURE_WANTED_S = 2.0
 _RETRY_AFTER_S = 1
 
 
+def unknown_part(station: str, name: str, parts: list[str]) -> ProblemError:
+    """404; lists the parts that there are."""
+    return ProblemError(
+        HTTPStatus.NOT_FOUND,
+        "unknown-part",
+        f"Station {station} has no part {name!r}; it has {', '.join(parts)}.",
+        parts=parts,
+    )
+
+
 class Station:
-    """Owns the pose store and the supervised worker of one workbench."""
+    """Owns the pose store and the supervised worker of one workbench.
+
+    Attributes:
+        name: in paths.
+        watch: wakes whoever waits for the next snapshot.
+    """
 
     def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
         self.name = settings.name
@@ -54,6 +71,7 @@ class Station:
         self._supervisor = Supervisor(spec, self._store)
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
+        self.watch = Watch(self.moment, self._on_moment)
 
     def start(self) -> None:
         """Start the worker."""
@@ -64,31 +82,32 @@ class Station:
         self._supervisor.close()
         self._store.close()
 
-    def poses(self) -> Answer:
-        """All parts in the latest snapshot.
+    def moment(self) -> Moment | None:
+        """Which snapshot is the latest, and whether it is stale; None before the first one."""
+        answers = self._newest()
+        if answers is None:
+            return None
+        return Moment(answers.boot_id, answers.seq, self._is_stale(answers))
+
+    def poses(self, view: View = PLAIN, at_us: int | None = None) -> Answer:
+        """All parts in the latest snapshot, as somebody wants to see them.
 
         Raises:
             ProblemError: 503 before the first snapshot.
         """
         answers = self._latest()
-        return answers.all_parts(stale=self._is_stale(answers))
+        return answers.all_parts(stale=self._is_stale(answers), view=view, at_us=at_us)
 
-    def part(self, name: str) -> Answer:
-        """One part in the latest snapshot.
+    def part(self, name: str, view: View = PLAIN, at_us: int | None = None) -> Answer:
+        """One part in the latest snapshot, likewise.
 
         Raises:
             ProblemError: 503 before the first snapshot, 404 for an unknown part.
         """
         answers = self._latest()
-        answer = answers.one_part(name, stale=self._is_stale(answers))
+        answer = answers.one_part(name, stale=self._is_stale(answers), view=view, at_us=at_us)
         if answer is None:
-            parts = answers.part_names
-            raise ProblemError(
-                HTTPStatus.NOT_FOUND,
-                "unknown-part",
-                f"Station {self.name} has no part {name!r}; it has {', '.join(parts)}.",
-                parts=parts,
-            )
+            raise unknown_part(self.name, name, answers.part_names)
         return answer
 
     async def picture(self, kind: Picture) -> PictureMessage:
@@ -168,6 +187,9 @@ class Station:
     def _report(self) -> WorkerReport | None:
         message = self._store.reports.read()
         return None if message is None else WorkerReport.model_validate_json(message.payload)
+
+    def _on_moment(self) -> None:
+        """Another snapshot, or the latest one has become stale."""
 
     def _newest(self) -> SnapshotAnswers | None:
         answers = self._answers

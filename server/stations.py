@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import asyncio
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager
 from http import HTTPStatus
 
 from snapfit.server.clock import Clock
@@ -38,6 +40,22 @@ class Stations:
         while self._stations:
             _, station = self._stations.popitem()
             station.close()
+
+    @asynccontextmanager
+    async def watched(self) -> AsyncIterator[None]:
+        """While it is open, whoever waits for a snapshot is woken."""
+        tasks = [asyncio.create_task(station.watch.run()) for station in self]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    def end_streams(self) -> None:
+        """Let long polls and streams end now, because the server does."""
+        for station in self:
+            station.watch.end()
 
     def __iter__(self) -> Iterator[Station]:
         return iter(self._stations.values())

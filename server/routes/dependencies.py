@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-from fastapi import Depends, Header, Path, Query, Request
-from pydantic import BaseModel, ConfigDict, Field
+from fastapi import Depends, Header, Path, Request
 
 from snapfit.server.station import Station
 from snapfit.server.stations import Stations
@@ -30,24 +29,6 @@ async def named_station(
 async def only_station(stations: AllStations) -> Station:
     """The one station, where the path names none."""
     return stations.only()
-
-
-class PoseQuery(BaseModel):
-    """How poses are to be given."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    convention: Literal["opencv"] = Field(
-        default="opencv", description="Axes and handedness: x right, y down, z forward."
-    )
-    frame: Literal["camera"] = Field(
-        default="camera", description="The frame that poses are given in."
-    )
-
-
-async def check_query(query: Annotated[PoseQuery, Query()]) -> None:
-    """Refuses what cannot be given, rather than to give something else."""
-    del query
 
 
 NamedStation = Annotated[Station, Depends(named_station)]
