@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import orjson
@@ -11,6 +11,7 @@ from snapfit.server.extrapolation import LIMIT_S, extrapolated
 from snapfit.server.view import PLAIN, View
 
 _LIMIT_US = round(LIMIT_S * 1e6)
+_ASSEMBLY_HEADER = ("station", "asset", "boot_id", "seq", "captured_at_us", "published_at_us")
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,11 @@ class SnapshotAnswers:
     def __init__(self, generation: int, payload: bytes) -> None:
         self._snapshot: dict[str, Any] = orjson.loads(payload)
         self._answers: dict[tuple[str | None, bool, str], Answer] = {}
+        self._assemblies: dict[bool, Answer] = {}
         self.generation = generation
         self.boot_id: str = self._snapshot["boot_id"]
         self.seq: int = self._snapshot["seq"]
+        self.revision: int = (self._snapshot.get("assembly") or {}).get("revision", 0)
         self.captured_at_us: int = self._snapshot["captured_at_us"]
 
     @property
@@ -102,6 +105,24 @@ class SnapshotAnswers:
             answer = Answer.of({**header, "pose": self._seen(part, view, at_us)}, tag)
             if at_us is None:
                 self._answers[name, stale, view.tag] = answer
+        return answer
+
+    def assembly(self, *, stale: bool) -> Answer | None:
+        """An `AssemblyStatus`; None where nothing follows the assembly.
+
+        Its entity tag covers boot_id, revision, confidence in percent, stale.
+        """
+        told = self._snapshot.get("assembly")
+        if told is None:
+            return None
+        answer = self._assemblies.get(stale)
+        if answer is None:
+            header = {key: self._snapshot[key] for key in _ASSEMBLY_HEADER}
+            made = Answer.of({**header, "stale": stale, **told})
+            flag = "stale" if stale else "fresh"
+            percent = round(100 * told["confidence"])
+            etag = f'W/"{self.boot_id}-a{told["revision"]}-{percent}-{flag}"'.encode()
+            answer = self._assemblies[stale] = replace(made, etag=etag)
         return answer
 
     def _header(self, stale: bool, view: View, at_us: int | None) -> tuple[dict[str, Any], str]:

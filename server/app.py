@@ -12,13 +12,14 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
 from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
 from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
-from snapfit.server.routes import pictures, poses, stations, system
+from snapfit.server.routes import assembly, assets, pictures, poses, stations, system
+from snapfit.server.routes.dependencies import named_station
 from snapfit.server.routes.page import page_router
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
@@ -62,7 +63,12 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     app.state.stations = all_stations
     app.add_middleware(PosesFastLane, stations=all_stations)
     install_problem_handlers(app)
-    for router in (stations.router, poses.router, pictures.router):
+    for router in (stations.router, assets.router):
+        app.include_router(router, prefix="/v1")
+    # Of one station: at /v1/stations/NAME/..., and short where there is only one.
+    for router in (poses.router, assembly.router, pictures.router):
+        named = [Depends(named_station)]
+        app.include_router(router, prefix="/v1/stations/{station}", dependencies=named)
         app.include_router(router, prefix="/v1")
     app.include_router(system.router)
     app.include_router(page_router())

@@ -11,7 +11,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 
-from snapfit.server.schemas import Problem
+from snapfit.server.schemas_base import Problem
 
 PROBLEM_TYPE = "application/problem+json"
 _LOG = logging.getLogger(__name__)

@@ -8,24 +8,21 @@ z forward) unless another frame or convention was asked for.
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from snapfit.server.conventions import Convention
+from snapfit.server.schemas_assembly import AssemblySummary
+from snapfit.server.schemas_base import (
+    Confidence,
+    Covariance,
+    Quaternion,
+    Schema,
+    TimestampUs,
+    Vector3,
+)
 from snapfit.tracking.result import Status
-
-Confidence = Annotated[float, Field(ge=0, le=1)]
-TimestampUs = Annotated[int, Field(ge=0, description="Unix time, microseconds.")]
-Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
-Quaternion = Annotated[list[float], Field(min_length=4, max_length=4)]
-Covariance = Annotated[list[float], Field(min_length=36, max_length=36)]
-
-
-class Schema(BaseModel):
-    """Base of all answers: what is not written here is not said."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 class PartPose(Schema):
@@ -93,6 +90,7 @@ class PoseSnapshot(SnapshotHeader):
     """The poses of all parts in the latest frame."""
 
     parts: list[PartPose]
+    assembly: AssemblySummary | None = Field(description="Null where nothing follows the assembly.")
     age_us: int = Field(
         description="From the exposure to this answer, microseconds, by the server's clock."
     )
@@ -182,6 +180,9 @@ class WorkerReport(Schema):
     )
     finding: FindingHealth | None = None
     facts: StationFacts | None = None
+    asset_folder: str | None = Field(
+        default=None, description="Where it left what the API serves of the asset."
+    )
 
 
 class WorkerHealth(Schema):
@@ -234,13 +235,3 @@ class Health(Schema):
 
     status: Literal["ok", "ready"]
     version: str
-
-
-class Problem(BaseModel):
-    """An error, as in RFC 9457 (application/problem+json). It may carry further members."""
-
-    type: str = Field(default="about:blank", description="What kind of problem.")
-    title: str
-    status: int = Field(description="The HTTP status.")
-    detail: str = Field(description="What is wrong here, and what to do.")
-    instance: str = Field(description="The path that was asked for.")

@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import time
 from http import HTTPStatus
+from pathlib import Path
 
 from snapfit.server.answers import Answer, SnapshotAnswers
+from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
@@ -19,6 +21,7 @@ from snapfit.server.schemas import (
     WorkerReport,
 )
 from snapfit.server.settings import StationSettings
+from snapfit.server.steps import StationSteps, no_assembly
 from snapfit.server.supervisor import Supervisor
 from snapfit.server.view import PLAIN, View
 from snapfit.server.watch import Moment, Watch
@@ -71,6 +74,7 @@ class Station:
         self._supervisor = Supervisor(spec, self._store)
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
+        self._asset: ExportedAsset | None = None
         self.watch = Watch(self.moment, self._on_moment)
 
     def start(self) -> None:
@@ -87,7 +91,7 @@ class Station:
         answers = self._newest()
         if answers is None:
             return None
-        return Moment(answers.boot_id, answers.seq, self._is_stale(answers))
+        return Moment(answers.boot_id, answers.seq, self._is_stale(answers), answers.revision)
 
     def poses(self, view: View = PLAIN, at_us: int | None = None) -> Answer:
         """All parts in the latest snapshot, as somebody wants to see them.
@@ -109,6 +113,39 @@ class Station:
         if answer is None:
             raise unknown_part(self.name, name, answers.part_names)
         return answer
+
+    def assembly(self) -> Answer:
+        """The assembly at the latest snapshot.
+
+        Raises:
+            ProblemError: 503 before the first snapshot, 404 where nothing follows the assembly.
+        """
+        answers = self._latest()
+        answer = answers.assembly(stale=self._is_stale(answers))
+        if answer is None:
+            raise no_assembly(self.name)
+        return answer
+
+    def steps(self, view: View) -> StationSteps:
+        """The steps of its asset at the latest snapshot.
+
+        Raises:
+            ProblemError: 503 before the first snapshot, 404 where nothing follows the assembly.
+        """
+        answers = self._latest()
+        stale = self._is_stale(answers)
+        asset = self.asset()
+        if asset is None:
+            raise no_assembly(self.name)
+        return StationSteps(answers, asset, view, stale=stale)
+
+    def asset(self) -> ExportedAsset | None:
+        """What is assembled here; None for loose parts, and until the worker has opened it."""
+        report = self._report()
+        folder = None if report is None else report.asset_folder
+        if folder is not None and (self._asset is None or str(self._asset.folder) != folder):
+            self._asset = ExportedAsset(Path(folder))
+        return self._asset
 
     async def picture(self, kind: Picture) -> PictureMessage:
         """A picture of the latest snapshot or a later one; waits for it, at most a second.

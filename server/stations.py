@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from http import HTTPStatus
 
+from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
 from snapfit.server.problems import ProblemError
 from snapfit.server.settings import StationSettings
@@ -76,6 +77,33 @@ class Stations:
                 stations=names,
             )
         return station
+
+    def assets(self) -> list[tuple[ExportedAsset, list[str]]]:
+        """What is assembled here, and the names of the stations at which."""
+        found: dict[ExportedAsset, list[str]] = {}
+        for station in self:
+            asset = station.asset()
+            if asset is not None:
+                found.setdefault(asset, []).append(station.name)
+        return list(found.items())
+
+    def asset(self, name: str) -> ExportedAsset:
+        """The asset of this name.
+
+        Raises:
+            ProblemError: 404; lists the assets that there are.
+        """
+        known = {asset.info.asset: asset for asset, _ in self.assets()}
+        if name not in known:
+            names = list(known)
+            told = f"there is {', '.join(names)}" if names else "there is none yet"
+            raise ProblemError(
+                HTTPStatus.NOT_FOUND,
+                "unknown-asset",
+                f"No station of this server assembles {name!r}; {told}.",
+                assets=names,
+            )
+        return known[name]
 
     def only(self) -> Station:
         """The one station, for the short forms of the paths.

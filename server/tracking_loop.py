@@ -6,11 +6,14 @@ import logging
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal
 
+from snapfit.models.asset import Asset
 from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.errors import PoseError
 from snapfit.models.pose import Pose
+from snapfit.server.asset_export import export_asset
 from snapfit.server.clock import Clock
 from snapfit.server.pictures import PictureMaker
 from snapfit.server.pipeline import Pipeline
@@ -61,7 +64,7 @@ class TrackingLoop:
         self._snapshots = SnapshotWriter(
             station=spec.station, asset=facts.asset, boot_id=spec.boot_id, clock=clock
         )
-        reporter.knows(facts)
+        reporter.knows(facts, _exported(pipeline.source.asset))
         _LOG.info(
             "station %s: tracking %d parts of %s with %s at %g frames a second",
             spec.station,
@@ -123,6 +126,17 @@ class TrackingLoop:
         if self._pipeline.finding is not None:
             self._reporter.looked(self._pipeline.finding.account)
         pictures.offer(frame, result, generation)
+
+
+def _exported(asset: Asset | None) -> Path | None:
+    """The folder from which the API serves the asset; None where that cannot be written."""
+    if asset is None:
+        return None
+    try:
+        return export_asset(asset)
+    except OSError as error:  # poses are served all the same
+        _LOG.warning("asset %s: its steps and meshes cannot be served: %s", asset.name, error)
+        return None
 
 
 def _facts(pipeline: Pipeline) -> StationFacts:

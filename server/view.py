@@ -40,24 +40,29 @@ class View:
         """JSON of a `PartPose` in the camera frame, in this view."""
         if not self.tag or part["position"] is None or part["orientation"] is None:
             return part
-        pose = Rigid(part["position"], part["orientation"])
+        pose = self.pose(Rigid(part["position"], part["orientation"]))
         linear, angular = part["linear_velocity"], part["angular_velocity"]
         covariance = part["covariance"]  # of the body frame: the other frame's place is no matter
         if self.frame_from_camera is not None:
             turn = self.frame_from_camera.orientation
-            pose = self.frame_from_camera @ pose
             linear = None if linear is None else quaternion.rotate(turn, linear)
             angular = None if angular is None else quaternion.rotate(turn, angular)
         axes = AXES[self.convention]
-        position, orientation = pose.along(axes)
         return {
             **part,
-            "position": position,
-            "orientation": orientation,
+            "position": pose.position,
+            "orientation": pose.orientation,
             "covariance": None if covariance is None else axes.covariance(covariance),
             "linear_velocity": None if linear is None else axes.vector(linear),
             "angular_velocity": None if angular is None else axes.axial(angular),
         }
+
+    def pose(self, camera_from_body: Rigid) -> Rigid:
+        """A pose in the camera frame and OpenCV's axes, in this view."""
+        pose = camera_from_body
+        if self.frame_from_camera is not None:
+            pose = self.frame_from_camera @ pose
+        return pose.along(AXES[self.convention])
 
 
 PLAIN = View()

@@ -12,11 +12,25 @@ _PERIOD_S = 0.004
 
 
 class Moment(NamedTuple):
-    """What a station has to say at some moment."""
+    """What a station has to say at some moment: a snapshot, an assembly at some revision."""
 
     boot_id: str
     seq: int
     stale: bool
+    revision: int
+
+
+Count = Callable[[Moment], int]
+
+
+def by_seq(moment: Moment) -> int:
+    """Counts snapshots."""
+    return moment.seq
+
+
+def by_revision(moment: Moment) -> int:
+    """Counts changes of the assembly."""
+    return moment.revision
 
 
 class Watch:
@@ -66,14 +80,22 @@ class Watch:
             return False
         return not self.is_ending
 
-    async def newer_than(self, boot_id: str, seq: int, limit_s: float) -> bool:
-        """Wait for a snapshot after this one, or for a change of `stale`; False without one."""
+    async def newer_than(
+        self, boot_id: str, number: int, limit_s: float, count: Count = by_seq
+    ) -> bool:
+        """Wait for something after this, or for a change of `stale`; False without it.
+
+        Args:
+            boot_id, number: what is known already.
+            limit_s: how long to wait.
+            count: what is counted: snapshots, or revisions of the assembly.
+        """
         give_up_at_s = time.monotonic() + limit_s
         begin = self._look()
         while True:
             now = self._look()
             if now is not None:
-                is_later = now.boot_id != boot_id or now.seq > seq
+                is_later = now.boot_id != boot_id or count(now) > number
                 if is_later or (begin is not None and now.stale != begin.stale):
                     return True
             if not await self.change(give_up_at_s - time.monotonic()):

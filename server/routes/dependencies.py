@@ -26,13 +26,14 @@ async def named_station(
     return stations.named(station)
 
 
-async def only_station(stations: AllStations) -> Station:
-    """The one station, where the path names none."""
-    return stations.only()
+async def station_of(request: Request, stations: AllStations) -> Station:
+    """The station that the path names; the only one, where it names none."""
+    name: str | None = request.path_params.get("station")
+    return stations.only() if name is None else stations.named(name)
 
 
 NamedStation = Annotated[Station, Depends(named_station)]
-OnlyStation = Annotated[Station, Depends(only_station)]
+OneStation = Annotated[Station, Depends(station_of)]
 PartName = Annotated[str, Path(description="The part's name in its asset.")]
 IfNoneMatch = Annotated[
     str | None, Header(description="The ETag of an earlier answer: 304 if nothing changed.")

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Response
 
 from snapfit.server.pose_store import Picture
 from snapfit.server.problems import problem_responses
-from snapfit.server.routes.dependencies import NamedStation, OnlyStation
+from snapfit.server.routes.dependencies import OneStation
 from snapfit.server.station import Station
 
 router = APIRouter(tags=["pictures"])
@@ -24,27 +24,15 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
 }
 
 
-@router.get("/stations/{station}/frame.jpg", response_class=Response, responses=_RESPONSES)
-async def get_station_frame(station: NamedStation) -> Response:
+@router.get("/frame.jpg", response_class=Response, responses=_RESPONSES)
+async def get_frame(station: OneStation) -> Response:
     """What the camera sees."""
     return await _picture(station, Picture.FRAME)
 
 
-@router.get("/stations/{station}/overlay.jpg", response_class=Response, responses=_RESPONSES)
-async def get_station_overlay(station: NamedStation) -> Response:
-    """What the camera sees, with the tracked parts drawn in."""
-    return await _picture(station, Picture.OVERLAY)
-
-
-@router.get("/frame.jpg", response_class=Response, responses=_RESPONSES)
-async def get_frame(station: OnlyStation) -> Response:
-    """What the camera of the only station sees."""
-    return await _picture(station, Picture.FRAME)
-
-
 @router.get("/overlay.jpg", response_class=Response, responses=_RESPONSES)
-async def get_overlay(station: OnlyStation) -> Response:
-    """What the camera of the only station sees, with the tracked parts drawn in."""
+async def get_overlay(station: OneStation) -> Response:
+    """What the camera sees, with the tracked parts drawn in."""
     return await _picture(station, Picture.OVERLAY)
 
 

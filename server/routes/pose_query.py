@@ -15,7 +15,7 @@ from snapfit.server.view import View
 
 LONGEST_WAIT_S = 60.0
 _FARTHEST_US = 10_000_000
-_LARGEST_US = 2**53
+LARGEST_INTEGER = 2**53
 """Beyond, a JavaScript number is no integer."""
 
 
@@ -42,13 +42,13 @@ class ViewQuery(BaseModel):
 class PoseQuery(ViewQuery):
     """How poses are to be given, for when, and after which snapshot."""
 
-    at_us: Annotated[int, Field(ge=0, le=_LARGEST_US)] | None = Field(
+    at_us: Annotated[int, Field(ge=0, le=LARGEST_INTEGER)] | None = Field(
         default=None,
         description="Unix time by the server's clock, microseconds: poses are extrapolated to it, "
         "at most 100 ms from the exposure. Beyond that they are given for the nearest time within, "
         "and `at_clamped` is true. More than 10 s from now is refused.",
     )
-    after_seq: Annotated[int, Field(ge=0, le=_LARGEST_US)] | None = Field(
+    after_seq: Annotated[int, Field(ge=0, le=LARGEST_INTEGER)] | None = Field(
         default=None,
         description="Wait for a snapshot after this one of `boot_id`, or until `stale` changes: "
         "204 if there is none within `timeout_s`.",
@@ -84,8 +84,13 @@ class PoseQuery(ViewQuery):
         return self.at_us
 
 
+async def _view_query(query: Annotated[ViewQuery, Query()]) -> ViewQuery:
+    return query
+
+
 async def _pose_query(query: Annotated[PoseQuery, Query()]) -> PoseQuery:
     return query
 
 
+WantedView = Annotated[ViewQuery, Depends(_view_query)]
 WantedPoses = Annotated[PoseQuery, Depends(_pose_query)]

@@ -7,11 +7,11 @@ from typing import Any
 
 from fastapi import APIRouter, Request, Response
 
-from snapfit.server.answers import Answer
 from snapfit.server.clock import Clock
 from snapfit.server.problems import problem_responses
-from snapfit.server.routes.dependencies import IfNoneMatch, NamedStation, OnlyStation, PartName
+from snapfit.server.routes.dependencies import IfNoneMatch, OneStation, PartName
 from snapfit.server.routes.pose_query import PoseQuery, WantedPoses
+from snapfit.server.routes.reply import reply
 from snapfit.server.schemas import PartSnapshot, PoseSnapshot
 from snapfit.server.station import Station
 
@@ -28,43 +28,23 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
 }
 
 
-@router.get("/stations/{station}/poses", response_model=PoseSnapshot, responses=_RESPONSES)
-async def get_station_poses(
-    request: Request, station: NamedStation, query: WantedPoses, if_none_match: IfNoneMatch = None
-) -> Response:
-    """The poses of all parts in the latest frame."""
-    return await _poses(request, station, query, if_none_match)
-
-
-@router.get("/stations/{station}/poses/{part}", response_model=PartSnapshot, responses=_RESPONSES)
-async def get_station_part_pose(
-    request: Request,
-    station: NamedStation,
-    part: PartName,
-    query: WantedPoses,
-    if_none_match: IfNoneMatch = None,
-) -> Response:
-    """The pose of one part in the latest frame."""
-    return await _poses(request, station, query, if_none_match, part)
-
-
 @router.get("/poses", response_model=PoseSnapshot, responses=_RESPONSES)
 async def get_poses(
-    request: Request, station: OnlyStation, query: WantedPoses, if_none_match: IfNoneMatch = None
+    request: Request, station: OneStation, query: WantedPoses, if_none_match: IfNoneMatch = None
 ) -> Response:
-    """The poses of all parts in the latest frame of the only station."""
+    """The poses of all parts in the latest frame."""
     return await _poses(request, station, query, if_none_match)
 
 
 @router.get("/poses/{part}", response_model=PartSnapshot, responses=_RESPONSES)
 async def get_part_pose(
     request: Request,
-    station: OnlyStation,
+    station: OneStation,
     part: PartName,
     query: WantedPoses,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
-    """The pose of one part in the latest frame of the only station."""
+    """The pose of one part in the latest frame."""
     return await _poses(request, station, query, if_none_match, part)
 
 
@@ -83,14 +63,4 @@ async def _poses(
         is_new = await station.watch.newer_than(query.boot_id, query.after_seq, query.timeout_s)
     view = query.view()
     answer = station.poses(view, at_us) if part is None else station.part(part, view, at_us)
-    return _reply(answer, clock.now_us(), if_none_match, is_new=is_new or answer.is_stale)
-
-
-def _reply(answer: Answer, now_us: int, if_none_match: str | None, *, is_new: bool) -> Response:
-    """200 with the JSON, 304 where the client has it, 204 where it waited in vain."""
-    headers = {"ETag": answer.etag.decode(), "Cache-Control": "no-store"}
-    if if_none_match is not None and answer.matches(if_none_match.encode()):
-        return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
-    if not is_new:
-        return Response(status_code=HTTPStatus.NO_CONTENT, headers=headers)
-    return Response(answer.body(now_us), headers=headers, media_type="application/json")
+    return reply(answer, clock.now_us(), if_none_match, is_new=is_new or answer.is_stale)

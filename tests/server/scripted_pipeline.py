@@ -2,6 +2,9 @@
 
 Workers get it by its dotted name; the environment tells what goes wrong:
 SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-start
+and what else is to happen:
+    assembles (other states by itself, every third of a second; then the cap is found and lost too)
+    loose (no asset)
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scripted_assembly import STATES, STEPS, ScriptedJudge
 
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import AZURE_KINECT_720P, PinholeCamera, RgbdCamera
@@ -29,6 +33,8 @@ LOST_PART = "cap"
 X_VELOCITY_M_PER_S = 0.1
 CAMERA = RgbdCamera(AZURE_KINECT_720P.scaled(0.25), depth=PinholeCamera(64, 48, 50, 50, 32, 24))
 END_AFTER_FRAMES = 10
+FRAMES_A_STATE = 10
+CLASS_IDS = {name: 7 + place for place, name in enumerate(PART_NAMES)}
 
 
 def _triangle() -> Mesh:
@@ -44,8 +50,9 @@ class ScriptedSource:
     frame_rate_hz = FRAME_RATE_HZ
 
     def __init__(self, fault: str) -> None:
-        self.parts = tuple(Part(name, _triangle()) for name in PART_NAMES)
-        self.asset = Asset("scripted-asset", "Scripted", "Apache-2.0", Path(), self.parts)
+        self.parts = tuple(Part(name, _triangle(), class_id=CLASS_IDS[name]) for name in PART_NAMES)
+        asset = Asset("scripted-asset", "Scripted", "Apache-2.0", Path(), self.parts, STATES, STEPS)
+        self.asset = None if fault == "loose" else asset
         self.initial_poses: Mapping[str, Pose] = {name: Pose.identity() for name in PART_NAMES}
         self._fault = fault
         self._number = 0
@@ -73,6 +80,7 @@ class ScriptedTracker:
     def __init__(self, fault: str) -> None:
         self._fault = fault
         self._start_ns = 0
+        self._judge = ScriptedJudge(FRAMES_A_STATE if fault == "assembles" else 0)
 
     def start(self, frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
         assert set(camera_from_body) == set(PART_NAMES)
@@ -83,10 +91,16 @@ class ScriptedTracker:
         estimates = tuple(
             self._estimate(name, place, elapsed_s) for place, name in enumerate(PART_NAMES)
         )
-        return TrackingResult(frame.name, frame.captured_at_ns, estimates, duration_ms=1.0)
+        assembly = None if self._fault == "loose" else self._judge.judge()
+        state = None if assembly is None else assembly.state
+        return TrackingResult(frame.name, frame.captured_at_ns, estimates, 1.0, state, assembly)
+
+    def set_state(self, state: str) -> None:
+        self._judge.set_state(state)
 
     def _estimate(self, name: str, place: int, elapsed_s: float) -> PartEstimate:
-        if name == LOST_PART:
+        is_shown = self._fault == "assembles" and elapsed_s % 0.6 > 0.3
+        if name == LOST_PART and not is_shown:
             return PartEstimate(name, Status.LOST, 0.0, None)
         x_m = 0.1 * place + X_VELOCITY_M_PER_S * elapsed_s
         turn = Pose.exp([0.1 * place, 0.2, 0.3, 0, 0, 0])
@@ -94,7 +108,8 @@ class ScriptedTracker:
         if self._fault == "nan-pose" and name == "jaw":
             object.__setattr__(pose, "matrix", np.full((4, 4), np.nan))
         covariance = np.diag([1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6]) + 1e-7 * elapsed_s
-        return PartEstimate(name, Status.TRACKED, 0.97, pose, covariance, 1.0)
+        parent = "base" if name == "jaw" else None
+        return PartEstimate(name, Status.TRACKED, 0.97, pose, covariance, 1.0, parent)
 
 
 def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:

@@ -14,11 +14,11 @@ from scripted_pipeline import FRAME_RATE_HZ, LOST_PART, PART_NAMES, X_VELOCITY_M
 from snapfit.server.schemas import (
     PartSnapshot,
     PoseSnapshot,
-    Problem,
     ServerTime,
     StationInfo,
     StationList,
 )
+from snapfit.server.schemas_base import Problem
 
 POSES = ["/v1/poses", "/v1/stations/bench-1/poses"]
 PICTURES = ["/v1/frame.jpg", "/v1/overlay.jpg", "/v1/stations/bench-1/frame.jpg"]
