@@ -75,6 +75,11 @@ class SnapshotAnswers:
         return self._snapshot
 
     @property
+    def identity(self) -> dict[str, Any]:
+        """Which snapshot it is."""
+        return {key: self._snapshot[key] for key in ("boot_id", "seq", "captured_at_us")}
+
+    @property
     def part_names(self) -> list[str]:
         """The parts that there are."""
         return [part["part"] for part in self._snapshot["parts"]]

@@ -18,7 +18,16 @@ from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
 from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
-from snapfit.server.routes import assembly, assets, pictures, poses, stations, system
+from snapfit.server.routes import (
+    assembly,
+    assets,
+    events,
+    pictures,
+    poses,
+    stations,
+    stream,
+    system,
+)
 from snapfit.server.routes.dependencies import named_station
 from snapfit.server.routes.page import page_router
 from snapfit.server.settings import Settings
@@ -66,10 +75,12 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     for router in (stations.router, assets.router):
         app.include_router(router, prefix="/v1")
     # Of one station: at /v1/stations/NAME/..., and short where there is only one.
-    for router in (poses.router, assembly.router, pictures.router):
+    for router in (poses.router, assembly.router, events.router, pictures.router):
         named = [Depends(named_station)]
         app.include_router(router, prefix="/v1/stations/{station}", dependencies=named)
         app.include_router(router, prefix="/v1")
+    for prefix in ("/v1/stations/{station}", "/v1"):
+        app.include_router(stream.router, prefix=prefix)
     app.include_router(system.router)
     app.include_router(page_router())
     install_openapi(app)

@@ -21,6 +21,8 @@ from snapfit.server.worker_spec import DEFAULT_PIPELINE
 
 _BACKLOG = 2048
 _SHUTDOWN_LIMIT_S = 2
+_SEND_BUFFER_BYTES = 64 * 1024
+_UNREAD_LIMIT_MS = 10_000
 
 Companion = Callable[[Stations], Awaitable[None]]
 """Runs beside the server; what it raises ends the server."""
@@ -45,7 +47,8 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         app,
         loop="auto",
         http="httptools",
-        ws="none",
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,  # a snapshot is small, and packing it costs every client
         access_log=False,
         server_header=False,
         log_level="warning",
@@ -102,6 +105,12 @@ def _listen(host: str, port: int) -> socket.socket:
     listener = socket.socket(family, kind, protocol)
     if sys.platform != "win32":
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    # Connections inherit both. What waits in the system for a slow client is a queue too: little
+    # room keeps what it gets fresh.
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
+    if sys.platform == "linux":
+        # Whoever takes nothing for so long is cut off.
+        listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _UNREAD_LIMIT_MS)
     try:
         listener.bind(address)
         listener.listen(_BACKLOG)

@@ -6,10 +6,13 @@ import asyncio
 import time
 from http import HTTPStatus
 from pathlib import Path
+from typing import Any
 
 from snapfit.server.answers import Answer, SnapshotAnswers
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
+from snapfit.server.event_detector import EventDetector
+from snapfit.server.events import EventKind, EventLog
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
@@ -49,6 +52,7 @@ class Station:
     Attributes:
         name: in paths.
         watch: wakes whoever waits for the next snapshot.
+        events: what happened here.
     """
 
     def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
@@ -75,6 +79,8 @@ class Station:
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
         self._asset: ExportedAsset | None = None
+        self._detector = EventDetector()
+        self.events = EventLog()
         self.watch = Watch(self.moment, self._on_moment)
 
     def start(self) -> None:
@@ -225,8 +231,24 @@ class Station:
         message = self._store.reports.read()
         return None if message is None else WorkerReport.model_validate_json(message.payload)
 
+    def now_us(self) -> int:
+        """The server's time, Unix, microseconds."""
+        return self._clock.now_us()
+
+    def tell(self, kind: EventKind, data: dict[str, Any]) -> None:
+        """Note an event, at the latest snapshot."""
+        answers = self._answers
+        known = {} if answers is None else answers.identity
+        header = {"station": self.name, "at_us": self.now_us(), **known}
+        self.events.add(kind, {**header, **data})
+
     def _on_moment(self) -> None:
         """Another snapshot, or the latest one has become stale."""
+        answers = self._newest()
+        if answers is not None:
+            stale = self._is_stale(answers)
+            for kind, data in self._detector.happened(answers.snapshot, stale=stale):
+                self.tell(kind, data)
 
     def _newest(self) -> SnapshotAnswers | None:
         answers = self._answers

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from http import HTTPStatus
@@ -46,6 +47,8 @@ class Stations:
     async def watched(self) -> AsyncIterator[None]:
         """While it is open, whoever waits for a snapshot is woken."""
         tasks = [asyncio.create_task(station.watch.run()) for station in self]
+        for task in tasks:
+            task.add_done_callback(_log_failure)
         try:
             yield
         finally:
@@ -131,4 +134,10 @@ class Stations:
         return None
 
 
+def _log_failure(task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and task.exception() is not None:
+        _LOG.critical("long polls and streams wait in vain now", exc_info=task.exception())
+
+
+_LOG = logging.getLogger(__name__)
 _PREFIX, _SUFFIX = "/v1/stations/", "/poses"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import Depends, Header, Path, Request
+from starlette.requests import HTTPConnection
 
 from snapfit.server.station import Station
 from snapfit.server.stations import Stations
@@ -26,7 +27,7 @@ async def named_station(
     return stations.named(station)
 
 
-async def station_of(request: Request, stations: AllStations) -> Station:
+async def station_of(request: HTTPConnection, stations: AllStations) -> Station:
     """The station that the path names; the only one, where it names none."""
     name: str | None = request.path_params.get("station")
     return stations.only() if name is None else stations.named(name)
