@@ -21,6 +21,7 @@ from snapfit.server.problems import install_problem_handlers
 from snapfit.server.routes import (
     assembly,
     assets,
+    commands,
     events,
     pictures,
     poses,
@@ -75,7 +76,13 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     for router in (stations.router, assets.router):
         app.include_router(router, prefix="/v1")
     # Of one station: at /v1/stations/NAME/..., and short where there is only one.
-    for router in (poses.router, assembly.router, events.router, pictures.router):
+    for router in (
+        poses.router,
+        assembly.router,
+        commands.router,
+        events.router,
+        pictures.router,
+    ):
         named = [Depends(named_station)]
         app.include_router(router, prefix="/v1/stations/{station}", dependencies=named)
         app.include_router(router, prefix="/v1")

@@ -11,6 +11,7 @@ from typing import Any
 from snapfit.server.answers import Answer, SnapshotAnswers
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
+from snapfit.server.command_desk import CommandDesk
 from snapfit.server.event_detector import EventDetector
 from snapfit.server.events import EventKind, EventLog
 from snapfit.server.picture_message import PictureMessage, unpack_picture
@@ -53,6 +54,7 @@ class Station:
         name: in paths.
         watch: wakes whoever waits for the next snapshot.
         events: what happened here.
+        commands: what the worker is ordered to do.
     """
 
     def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
@@ -76,6 +78,9 @@ class Station:
             pipeline=pipeline,
         )
         self._supervisor = Supervisor(spec, self._store)
+        self.commands = CommandDesk(
+            self.name, self._store, lambda: self._supervisor.status.pid is not None
+        )
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
         self._asset: ExportedAsset | None = None

@@ -15,6 +15,7 @@ from snapfit.models.errors import PoseError
 from snapfit.models.pose import Pose
 from snapfit.server.asset_export import export_asset
 from snapfit.server.clock import Clock
+from snapfit.server.command_runner import CommandRunner
 from snapfit.server.pictures import PictureMaker
 from snapfit.server.pipeline import Pipeline
 from snapfit.server.pose_store import PoseStore
@@ -64,6 +65,7 @@ class TrackingLoop:
         self._snapshots = SnapshotWriter(
             station=spec.station, asset=facts.asset, boot_id=spec.boot_id, clock=clock
         )
+        self._commands = CommandRunner(store, pipeline, self._snapshots)
         reporter.knows(facts, _exported(pipeline.source.asset))
         _LOG.info(
             "station %s: tracking %d parts of %s with %s at %g frames a second",
@@ -86,11 +88,15 @@ class TrackingLoop:
         try:
             while not stop.is_set():
                 due_ns = pacer.wait(stop) + self._clock.wall_minus_monotonic_ns
+                self._commands.run()
                 if not self._next_frame(due_ns, pictures):
                     self._reporter.report(Phase.ENDED, "the source has ended")
                     break
+                self._commands.reply()
                 self._reporter.beat()
-            while not stop.wait(timeout=0.5):
+            while not stop.wait(timeout=0.1):
+                self._commands.run(ended=True)
+                self._commands.reply()
                 self._reporter.beat()
         finally:
             pictures.close()
@@ -122,6 +128,7 @@ class TrackingLoop:
             self._reporter.bad_frame(frame.name, str(error))
             return
         generation = self._store.snapshots.write(self._snapshots.write(result))
+        self._commands.tracked(result)
         self._reporter.tracked(result.duration_ms)
         if self._pipeline.finding is not None:
             self._reporter.looked(self._pipeline.finding.account)

@@ -5,6 +5,8 @@ SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-sta
 and what else is to happen:
     assembles (other states by itself, every third of a second; then the cap is found and lost too)
     loose (no asset)
+    finds (a detector: all parts are found a third of a second after they are looked for)
+    frame-by-frame (a tracker that keeps nothing)
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from snapfit.models.pose import Pose
 from snapfit.server.pipeline import Image, Pipeline, Report
 from snapfit.server.worker_spec import WorkerSpec
 from snapfit.tracking.errors import FrameError, SourceError
+from snapfit.tracking.finding.account import FindingAccount, LookAccount
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 
@@ -34,6 +37,7 @@ X_VELOCITY_M_PER_S = 0.1
 CAMERA = RgbdCamera(AZURE_KINECT_720P.scaled(0.25), depth=PinholeCamera(64, 48, 50, 50, 32, 24))
 END_AFTER_FRAMES = 10
 FRAMES_A_STATE = 10
+FRAMES_TO_FIND = 10
 CLASS_IDS = {name: 7 + place for place, name in enumerate(PART_NAMES)}
 
 
@@ -80,6 +84,7 @@ class ScriptedTracker:
     def __init__(self, fault: str) -> None:
         self._fault = fault
         self._start_ns = 0
+        self._searched = dict.fromkeys(PART_NAMES, FRAMES_TO_FIND) if fault == "finds" else {}
         self._judge = ScriptedJudge(FRAMES_A_STATE if fault == "assembles" else 0)
 
     def start(self, frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
@@ -98,7 +103,13 @@ class ScriptedTracker:
     def set_state(self, state: str) -> None:
         self._judge.set_state(state)
 
+    def search(self, part: str) -> None:
+        self._searched[part] = FRAMES_TO_FIND
+
     def _estimate(self, name: str, place: int, elapsed_s: float) -> PartEstimate:
+        if self._searched.get(name, 0) > 0:
+            self._searched[name] -= 1
+            return PartEstimate(name, Status.SEARCHING, 0.0, None)
         is_shown = self._fault == "assembles" and elapsed_s % 0.6 > 0.3
         if name == LOST_PART and not is_shown:
             return PartEstimate(name, Status.LOST, 0.0, None)
@@ -110,6 +121,15 @@ class ScriptedTracker:
         covariance = np.diag([1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6]) + 1e-7 * elapsed_s
         parent = "base" if name == "jaw" else None
         return PartEstimate(name, Status.TRACKED, 0.97, pose, covariance, 1.0, parent)
+
+
+class ScriptedFinding:
+    """Finds whatever the tracker looks for; it counts nothing."""
+
+    account = FindingAccount(LookAccount(), 0, 0)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
 
 
 def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
@@ -126,4 +146,9 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         drawn[: len(result.parts)] = 255
         return drawn
 
-    return Pipeline(ScriptedSource(fault), ScriptedTracker(fault), draw, spec.method)
+    tracker = ScriptedTracker(fault)
+    finding = ScriptedFinding() if fault == "finds" else None
+    controls = None if fault == "frame-by-frame" else tracker
+    return Pipeline(
+        ScriptedSource(fault), tracker, draw, spec.method, finding=finding, controls=controls
+    )
