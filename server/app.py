@@ -16,8 +16,11 @@ from fastapi import Depends, FastAPI
 
 from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
+from snapfit.server.gbot_port import GbotPort
+from snapfit.server.metrics import Metrics
 from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
+from snapfit.server.request_clock import RequestClock
 from snapfit.server.routes import (
     assembly,
     assets,
@@ -71,7 +74,11 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         redoc_url=None,
     )
     app.state.stations = all_stations
+    app.state.metrics = Metrics(all_stations)
     app.add_middleware(PosesFastLane, stations=all_stations)
+    app.add_middleware(GbotPort, port=settings.gbot_port)
+    # The last one added is the first to see a request.
+    app.add_middleware(RequestClock, clock=all_stations.clock, metrics=app.state.metrics)
     install_problem_handlers(app)
     for router in (stations.router, assets.router):
         app.include_router(router, prefix="/v1")

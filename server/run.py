@@ -9,6 +9,7 @@ import signal
 import socket
 import sys
 from collections.abc import Awaitable, Callable
+from contextlib import ExitStack
 from types import FrameType
 
 import uvicorn
@@ -41,7 +42,9 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         AddressError: this machine cannot listen there.
         SnapfitError: raised by the companion.
     """
-    listener = _listen(settings.host, settings.port)
+    ports = [settings.port]
+    if settings.gbot_port is not None and settings.gbot_port != settings.port:
+        ports.append(settings.gbot_port)
     app = create_app(settings, pipeline)
     config = uvicorn.Config(
         app,
@@ -58,8 +61,10 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _ignore)
     server = _Server(config, app.state.stations)
-    with listener, asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
-        runner.run(_serve(server, listener, companion(app.state.stations)))
+    with ExitStack() as open_now:
+        listeners = [open_now.enter_context(_listen(settings.host, port)) for port in ports]
+        runner = open_now.enter_context(asyncio.Runner(loop_factory=config.get_loop_factory()))
+        runner.run(_serve(server, listeners, companion(app.state.stations)))
 
 
 class _Server(uvicorn.Server):
@@ -81,7 +86,7 @@ class _Server(uvicorn.Server):
 
 
 async def _serve(
-    server: uvicorn.Server, listener: socket.socket, companion: Awaitable[None]
+    server: uvicorn.Server, listeners: list[socket.socket], companion: Awaitable[None]
 ) -> None:
     def end_if_failed(done: asyncio.Future[None]) -> None:
         if not done.cancelled() and done.exception() is not None:
@@ -89,7 +94,7 @@ async def _serve(
 
     beside = asyncio.ensure_future(companion)
     beside.add_done_callback(end_if_failed)
-    await server.serve([listener])
+    await server.serve(listeners)
     beside.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await beside

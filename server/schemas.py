@@ -219,15 +219,28 @@ class StationList(Schema):
 
 
 class ServerTime(Schema):
-    """The two inner stamps of a four-stamp clock synchronisation.
+    """Three stamps of a four-stamp clock synchronisation; the client itself takes the fourth.
 
-    With the client's own stamps c1 (sent) and c2 (received), microseconds:
+    In microseconds, with c1 = client_sent_at_us, and c2 when the answer came in:
     offset = ((received_at_us - c1) + (sent_at_us - c2)) / 2,
     round trip = (c2 - c1) - (sent_at_us - received_at_us).
     """
 
+    client_sent_at_us: int | None = Field(description="As the client gave it (c1), or null.")
     received_at_us: TimestampUs = Field(description="When the server took up the request (t1).")
     sent_at_us: TimestampUs = Field(description="When it sent the answer (t2).")
+
+
+class GbotPart(Schema):
+    """A part as the GBOT authors' own server tells it: metres, degrees, for Unity."""
+
+    classId: str = Field(description="The part's name.")  # noqa: N815 - the old clients' name
+    x: float
+    y: float = Field(description="Negated: up.")
+    z: float
+    qx: float = Field(description="Turn about x, degrees; the order is z, x, y.")
+    qy: float = Field(description="Turn about y, degrees.")
+    qz: float = Field(description="Turn about z, degrees, and 180.")
 
 
 class Health(Schema):

@@ -25,6 +25,7 @@ from snapfit.server.schemas import (
     WorkerReport,
 )
 from snapfit.server.settings import StationSettings
+from snapfit.server.state_clock import StateClock
 from snapfit.server.steps import StationSteps, no_assembly
 from snapfit.server.supervisor import Supervisor
 from snapfit.server.view import PLAIN, View
@@ -55,6 +56,7 @@ class Station:
         watch: wakes whoever waits for the next snapshot.
         events: what happened here.
         commands: what the worker is ordered to do.
+        state_clock: how long each assembly state has held.
     """
 
     def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
@@ -86,6 +88,7 @@ class Station:
         self._asset: ExportedAsset | None = None
         self._detector = EventDetector()
         self.events = EventLog()
+        self.state_clock = StateClock()
         self.watch = Watch(self.moment, self._on_moment)
 
     def start(self) -> None:
@@ -103,6 +106,19 @@ class Station:
         if answers is None:
             return None
         return Moment(answers.boot_id, answers.seq, self._is_stale(answers), answers.revision)
+
+    def snapshot(self) -> dict[str, Any] | None:
+        """JSON of the latest snapshot, to be read only; None before the first one."""
+        answers = self._newest()
+        return None if answers is None else answers.snapshot
+
+    def latest_snapshot(self) -> dict[str, Any]:
+        """The same, where there has to be one.
+
+        Raises:
+            ProblemError: 503 before the first snapshot.
+        """
+        return self._latest().snapshot
 
     def poses(self, view: View = PLAIN, at_us: int | None = None) -> Answer:
         """All parts in the latest snapshot, as somebody wants to see them.
@@ -252,6 +268,8 @@ class Station:
         answers = self._newest()
         if answers is not None:
             stale = self._is_stale(answers)
+            assembly = answers.snapshot.get("assembly")
+            self.state_clock.enter(None if stale or assembly is None else assembly["state"])
             for kind, data in self._detector.happened(answers.snapshot, stale=stale):
                 self.tell(kind, data)
 

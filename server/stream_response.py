@@ -55,6 +55,7 @@ class StreamResponse(Response):
                     await send({"type": "http.response.body", "body": chunk, "more_body": True})
         except TimeoutError:
             _LOG.warning("%s: a client that does not read is dropped", scope["path"])
+            scope["app"].state.metrics.dropped.inc()
         # Whoever does not read this either is cut off by the system (see `run`).
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 

@@ -68,6 +68,7 @@ async def _send_all(
                     await websocket.send_text(body.decode())
             except TimeoutError:
                 _LOG.warning("%s: a client that does not read is dropped", websocket.url.path)
+                websocket.app.state.metrics.dropped.inc()
                 return _TRY_AGAIN_LATER
             sent = moment
         await station.watch.change(_WAIT_S)
