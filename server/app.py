@@ -12,13 +12,27 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
 from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
+from snapfit.server.gbot_port import GbotPort
+from snapfit.server.metrics import Metrics
 from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
-from snapfit.server.routes import pictures, poses, stations, system
+from snapfit.server.request_clock import RequestClock
+from snapfit.server.routes import (
+    assembly,
+    assets,
+    commands,
+    events,
+    pictures,
+    poses,
+    stations,
+    stream,
+    system,
+)
+from snapfit.server.routes.dependencies import named_station
 from snapfit.server.routes.page import page_router
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
@@ -46,7 +60,8 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         try:
             all_stations.open()
             _lower_priority()
-            yield
+            async with all_stations.watched():
+                yield
         finally:
             all_stations.close()
 
@@ -59,10 +74,27 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         redoc_url=None,
     )
     app.state.stations = all_stations
+    app.state.metrics = Metrics(all_stations)
     app.add_middleware(PosesFastLane, stations=all_stations)
+    app.add_middleware(GbotPort, port=settings.gbot_port)
+    # The last one added is the first to see a request.
+    app.add_middleware(RequestClock, clock=all_stations.clock, metrics=app.state.metrics)
     install_problem_handlers(app)
-    for router in (stations.router, poses.router, pictures.router):
+    for router in (stations.router, assets.router):
         app.include_router(router, prefix="/v1")
+    # Of one station: at /v1/stations/NAME/..., and short where there is only one.
+    for router in (
+        poses.router,
+        assembly.router,
+        commands.router,
+        events.router,
+        pictures.router,
+    ):
+        named = [Depends(named_station)]
+        app.include_router(router, prefix="/v1/stations/{station}", dependencies=named)
+        app.include_router(router, prefix="/v1")
+    for prefix in ("/v1/stations/{station}", "/v1"):
+        app.include_router(stream.router, prefix=prefix)
     app.include_router(system.router)
     app.include_router(page_router())
     install_openapi(app)

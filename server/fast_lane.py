@@ -10,6 +10,7 @@ from __future__ import annotations
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from snapfit.server.problems import ProblemError
+from snapfit.server.request_clock import FAST_LANE
 from snapfit.server.stations import Stations
 
 _JSON = (b"content-type", b"application/json")
@@ -38,6 +39,7 @@ class PosesFastLane:
         except ProblemError:
             await self._app(scope, receive, send)
             return
+        scope[FAST_LANE] = True
         headers = [_JSON, _NO_STORE, (b"etag", answer.etag)]
         for name, value in scope["headers"]:
             if name == _IF_NONE_MATCH and answer.matches(value):

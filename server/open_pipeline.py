@@ -18,6 +18,7 @@ from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.sources.base import Source
 from snapfit.tracking.sources.recorded import RecordedSource, load_recording
+from snapfit.tracking.tracker import Tracker
 
 
 def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
@@ -64,8 +65,25 @@ def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
         return draw_overlay(image, source.camera.color, source.parts, result.parts)
 
     _draw_once(source)
-    pipeline = Pipeline(source, tracker, draw, method)
+    # Of the tracker proper: a part that it stops is one that the finder looks for.
+    controls = TrackerControls(tracker) if isinstance(tracker, Tracker) else None
+    pipeline = Pipeline(source, tracker, draw, method, controls=controls)
     return with_finding(pipeline, spec, detector.result(), report)
+
+
+class TrackerControls:
+    """What an operator can do to a `Tracker`."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self._tracker = tracker
+
+    def set_state(self, state: str) -> None:
+        """As in `Controls`."""
+        self._tracker.set_state(state)
+
+    def search(self, part: str) -> None:
+        """As in `Controls`."""
+        self._tracker.stop(part)
 
 
 def _draw_once(source: Source) -> None:

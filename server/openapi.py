@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from snapfit.server.schemas import Problem
+from snapfit.server.schemas_base import Problem
 
 _FASTAPI_ERRORS = ("HTTPValidationError", "ValidationError")
 

@@ -43,6 +43,20 @@ class Finding(Protocol):
         """Look no more."""
 
 
+class Controls(Protocol):
+    """What an operator can do to a tracker between two frames."""
+
+    def set_state(self, state: str) -> None:
+        """Says which assembly state holds.
+
+        Raises:
+            TrackingError: it follows no assembly graph, or there is no such state.
+        """
+
+    def search(self, part: str) -> None:
+        """Lets a part be looked for again, as at the start."""
+
+
 @dataclass(frozen=True)
 class Pipeline:
     """An open source and its tracker.
@@ -54,6 +68,7 @@ class Pipeline:
             from the source's initial poses.
         detector: that it looks with.
         provider: of ONNX Runtime, in short; None without a network.
+        controls: what an operator can do; None where every frame is seen by itself.
     """
 
     source: Source
@@ -63,6 +78,7 @@ class Pipeline:
     finding: Finding | None = None
     detector: DetectorName | None = None
     provider: str | None = None
+    controls: Controls | None = None
 
     def close(self) -> None:
         """Let go of threads, files and devices."""

@@ -1,8 +1,8 @@
 """The pose store: what the worker says and what the API asks, in shared memory.
 
-Two segments. The first holds the worker's heartbeat, the snapshots and the worker's reports;
-the second, much larger one, the pictures and until when they are wanted. Pages that nobody
-writes take no memory.
+Two segments. The first holds the worker's heartbeat, the snapshots, the worker's reports, what the
+API orders and what the worker replies, and the markers that the camera sees; the second, much
+larger one, the pictures and until when they are wanted. Pages that nobody writes take no memory.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from snapfit.server.errors import StoreError
 from snapfit.server.mailbox import Mailbox
 from snapfit.server.shared_segment import attach_segment, create_segment
 
-_MAGIC = 0x736E61706669_0001  # "snapfi", then the version of this layout
+_MAGIC = 0x736E61706669_0002  # "snapfi", then the version of this layout
 _HEADER_BYTES = 64
 _SNAPSHOT_BYTES = 256 * 1024
 _REPORT_BYTES = 64 * 1024
+_ORDER_BYTES = 64 * 1024
 _PICTURE_BYTES = 8 * 1024 * 1024
 
 
@@ -45,6 +46,9 @@ class PoseStore:
     Attributes:
         snapshots: JSON of the latest pose snapshot.
         reports: JSON of the worker's latest report.
+        orders: JSON of what the API wants done; it alone writes there.
+        replies: JSON of what became of them.
+        markers: JSON of the markers that the camera sees.
         pictures: the latest JPEG of each kind, behind a header (see `snapfit.server.pictures`).
     """
 
@@ -54,10 +58,9 @@ class PoseStore:
         self._views: list[memoryview] = []
         self._header = self._view(poses, 0, _HEADER_BYTES).cast("Q")
         self._wanted = self._view(pictures, 0, _HEADER_BYTES).cast("Q")
-        at = _HEADER_BYTES
-        size = Mailbox.size_bytes(_SNAPSHOT_BYTES)
-        self.snapshots = Mailbox(self._view(poses, at, size))
-        self.reports = Mailbox(self._view(poses, at + size, Mailbox.size_bytes(_REPORT_BYTES)))
+        self.snapshots, self.reports, self.orders, self.replies, self.markers = (
+            Mailbox(self._view(poses, at, size)) for at, size in _places()
+        )
         size = Mailbox.size_bytes(_PICTURE_BYTES)
         self.pictures = {
             kind: Mailbox(self._view(pictures, _HEADER_BYTES + place * size, size))
@@ -67,9 +70,7 @@ class PoseStore:
     @staticmethod
     def create() -> PoseStore:
         """A new, empty store. Its maker owns it; `close` removes it."""
-        poses_bytes = (
-            _HEADER_BYTES + Mailbox.size_bytes(_SNAPSHOT_BYTES) + Mailbox.size_bytes(_REPORT_BYTES)
-        )
+        poses_bytes = sum(_places()[-1])
         pictures_bytes = _HEADER_BYTES + len(Picture) * Mailbox.size_bytes(_PICTURE_BYTES)
         poses = create_segment(poses_bytes)
         try:
@@ -121,7 +122,8 @@ class PoseStore:
 
     def close(self) -> None:
         """Let go of the memory; the owner removes it. Closing twice does nothing."""
-        for mailbox in (self.snapshots, self.reports, *self.pictures.values()):
+        small = (self.snapshots, self.reports, self.orders, self.replies, self.markers)
+        for mailbox in (*small, *self.pictures.values()):
             mailbox.release()
         for view in (self._header, self._wanted, *self._views):
             view.release()
@@ -135,6 +137,17 @@ class PoseStore:
         view = _memory(segment)[at : at + size]
         self._views.append(view)
         return view
+
+
+def _places() -> list[tuple[int, int]]:
+    """Where the mailboxes of the first segment lie: begin and size of each."""
+    capacities = (_SNAPSHOT_BYTES, _REPORT_BYTES, _ORDER_BYTES, _ORDER_BYTES, _ORDER_BYTES)
+    places, at = [], _HEADER_BYTES
+    for capacity in capacities:
+        size = Mailbox.size_bytes(capacity)
+        places.append((at, size))
+        at += size
+    return places
 
 
 def _memory(segment: SharedMemory) -> memoryview:

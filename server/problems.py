@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from http import HTTPStatus
 from typing import Any
 
@@ -11,7 +12,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 
-from snapfit.server.schemas import Problem
+from snapfit.server.schemas_base import Problem
 
 PROBLEM_TYPE = "application/problem+json"
 _LOG = logging.getLogger(__name__)
@@ -87,17 +88,25 @@ async def _on_http_exception(request: Request, error: Exception) -> Response:
     return _response(request.url.path, status, detail, "about:blank", dict(error.headers or {}))
 
 
+def invalid_request(details: Sequence[Any], origin: str = "") -> ProblemError:
+    """422 for what pydantic refused.
+
+    Args:
+        details: its errors.
+        origin: where the values came from, where pydantic does not say so itself.
+    """
+    errors = [
+        {"where": ".".join(filter(None, [origin, *map(str, item["loc"])])), "what": item["msg"]}
+        for item in details
+    ]
+    detail = "; ".join(f"{item['where']}: {item['what']}" for item in errors)
+    return ProblemError(HTTPStatus.UNPROCESSABLE_ENTITY, "invalid-request", detail, errors=errors)
+
+
 async def _on_invalid_request(request: Request, error: Exception) -> Response:
     if not isinstance(error, RequestValidationError):
         raise error
-    errors = [
-        {"where": ".".join(str(step) for step in item["loc"]), "what": item["msg"]}
-        for item in error.errors()
-    ]
-    detail = "; ".join(f"{item['where']}: {item['what']}" for item in errors)
-    kind = "urn:snapfit:problem:invalid-request"
-    status = HTTPStatus.UNPROCESSABLE_ENTITY
-    return _response(request.url.path, status, detail, kind, {}, errors=errors)
+    return problem_response(request.url.path, invalid_request(error.errors()))
 
 
 async def _on_bug(request: Request, error: Exception) -> Response:

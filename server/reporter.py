@@ -7,6 +7,7 @@ import statistics
 import threading
 import time
 from collections import deque
+from pathlib import Path
 
 from snapfit.server.pose_store import PoseStore
 from snapfit.server.schemas import FindingHealth, Phase, StationFacts, WorkerReport
@@ -36,9 +37,10 @@ class Reporter:
         self._report.progress = None if progress is None else min(max(progress, 0.0), 1.0)
         self._publish()
 
-    def knows(self, facts: StationFacts) -> None:
-        """Say what the station is like."""
+    def knows(self, facts: StationFacts, asset_folder: Path | None = None) -> None:
+        """Say what the station is like, and where the API finds what it serves of the asset."""
         self._report.facts = facts
+        self._report.asset_folder = None if asset_folder is None else str(asset_folder)
 
     def tracked(self, duration_ms: float) -> None:
         """Count a frame; with the first one the worker is running."""

@@ -9,6 +9,7 @@ import signal
 import socket
 import sys
 from collections.abc import Awaitable, Callable
+from contextlib import ExitStack
 from types import FrameType
 
 import uvicorn
@@ -21,6 +22,8 @@ from snapfit.server.worker_spec import DEFAULT_PIPELINE
 
 _BACKLOG = 2048
 _SHUTDOWN_LIMIT_S = 2
+_SEND_BUFFER_BYTES = 64 * 1024
+_UNREAD_LIMIT_MS = 10_000
 
 Companion = Callable[[Stations], Awaitable[None]]
 """Runs beside the server; what it raises ends the server."""
@@ -39,13 +42,16 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         AddressError: this machine cannot listen there.
         SnapfitError: raised by the companion.
     """
-    listener = _listen(settings.host, settings.port)
+    ports = [settings.port]
+    if settings.gbot_port is not None and settings.gbot_port != settings.port:
+        ports.append(settings.gbot_port)
     app = create_app(settings, pipeline)
     config = uvicorn.Config(
         app,
         loop="auto",
         http="httptools",
-        ws="none",
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,  # a snapshot is small, and packing it costs every client
         access_log=False,
         server_header=False,
         log_level="warning",
@@ -54,13 +60,24 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     # Until uvicorn listens to signals, and after: there is nothing to interrupt.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _ignore)
-    server = _Server(config)
-    with listener, asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
-        runner.run(_serve(server, listener, companion(app.state.stations)))
+    server = _Server(config, app.state.stations)
+    with ExitStack() as open_now:
+        listeners = [open_now.enter_context(_listen(settings.host, port)) for port in ports]
+        runner = open_now.enter_context(asyncio.Runner(loop_factory=config.get_loop_factory()))
+        runner.run(_serve(server, listeners, companion(app.state.stations)))
 
 
 class _Server(uvicorn.Server):
     """Ends in order even if it is told twice; that takes a few seconds at most."""
+
+    def __init__(self, config: uvicorn.Config, stations: Stations) -> None:
+        super().__init__(config)
+        self._stations = stations
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End what waits or streams, so that nothing has to be cut off."""
+        self._stations.end_streams()
+        await super().shutdown(sockets)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """End."""
@@ -69,7 +86,7 @@ class _Server(uvicorn.Server):
 
 
 async def _serve(
-    server: uvicorn.Server, listener: socket.socket, companion: Awaitable[None]
+    server: uvicorn.Server, listeners: list[socket.socket], companion: Awaitable[None]
 ) -> None:
     def end_if_failed(done: asyncio.Future[None]) -> None:
         if not done.cancelled() and done.exception() is not None:
@@ -77,7 +94,7 @@ async def _serve(
 
     beside = asyncio.ensure_future(companion)
     beside.add_done_callback(end_if_failed)
-    await server.serve([listener])
+    await server.serve(listeners)
     beside.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await beside
@@ -93,6 +110,12 @@ def _listen(host: str, port: int) -> socket.socket:
     listener = socket.socket(family, kind, protocol)
     if sys.platform != "win32":
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    # Connections inherit both. What waits in the system for a slow client is a queue too: little
+    # room keeps what it gets fresh.
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
+    if sys.platform == "linux":
+        # Whoever takes nothing for so long is cut off.
+        listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _UNREAD_LIMIT_MS)
     try:
         listener.bind(address)
         listener.listen(_BACKLOG)

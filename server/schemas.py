@@ -2,29 +2,27 @@
 
 Metres, seconds, radians; time stamps are integer microseconds of Unix time; quaternions are
 unit, order x, y, z, w. Poses are `camera_from_body` in the OpenCV camera frame (x right, y down,
-z forward).
+z forward) unless another frame or convention was asked for.
 """
 
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from snapfit.server.conventions import Convention
+from snapfit.server.schemas_assembly import AssemblySummary
+from snapfit.server.schemas_base import (
+    Confidence,
+    Covariance,
+    Quaternion,
+    Schema,
+    TimestampUs,
+    Vector3,
+)
 from snapfit.tracking.result import Status
-
-Confidence = Annotated[float, Field(ge=0, le=1)]
-TimestampUs = Annotated[int, Field(ge=0, description="Unix time, microseconds.")]
-Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
-Quaternion = Annotated[list[float], Field(min_length=4, max_length=4)]
-Covariance = Annotated[list[float], Field(min_length=36, max_length=36)]
-
-
-class Schema(BaseModel):
-    """Base of all answers: what is not written here is not said."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 class PartPose(Schema):
@@ -46,10 +44,10 @@ class PartPose(Schema):
         "(rad), then translation (m); null where unknown."
     )
     linear_velocity: Vector3 | None = Field(
-        description="m/s of the body's origin, in the camera frame; null until seen twice."
+        description="m/s of the body's origin, along the axes of `frame`; null until seen twice."
     )
     angular_velocity: Vector3 | None = Field(
-        description="rad/s, axis times rate, in the camera frame; null until seen twice."
+        description="rad/s, axis times rate, along the axes of `frame`; null until seen twice."
     )
     linked_to: str | None = Field(description="The part that this one is mounted on, or null.")
     last_seen_at_us: TimestampUs | None = Field(
@@ -75,14 +73,24 @@ class SnapshotHeader(Schema):
     )
     captured_at_us: TimestampUs = Field(description="Exposure of the frame.")
     published_at_us: TimestampUs = Field(description="When the tracker was done with it.")
-    frame: Literal["camera"] = Field(description="The frame that poses are given in.")
-    convention: Literal["opencv"] = Field(description="x right, y down, z forward.")
+    frame: str = Field(description="The frame that poses are given in.")
+    convention: Convention = Field(description="The axes that everything is given in.")
+    at_us: TimestampUs | None = Field(
+        default=None,
+        description="Only where it was asked for: the time that poses are extrapolated to.",
+    )
+    at_clamped: bool | None = Field(
+        default=None,
+        description="Only with `at_us`: whether the time asked for is more than 100 ms from the "
+        "exposure, so that poses are given for the nearest time within.",
+    )
 
 
 class PoseSnapshot(SnapshotHeader):
     """The poses of all parts in the latest frame."""
 
     parts: list[PartPose]
+    assembly: AssemblySummary | None = Field(description="Null where nothing follows the assembly.")
     age_us: int = Field(
         description="From the exposure to this answer, microseconds, by the server's clock."
     )
@@ -172,6 +180,9 @@ class WorkerReport(Schema):
     )
     finding: FindingHealth | None = None
     facts: StationFacts | None = None
+    asset_folder: str | None = Field(
+        default=None, description="Where it left what the API serves of the asset."
+    )
 
 
 class WorkerHealth(Schema):
@@ -208,15 +219,28 @@ class StationList(Schema):
 
 
 class ServerTime(Schema):
-    """The two inner stamps of a four-stamp clock synchronisation.
+    """Three stamps of a four-stamp clock synchronisation; the client itself takes the fourth.
 
-    With the client's own stamps c1 (sent) and c2 (received), microseconds:
+    In microseconds, with c1 = client_sent_at_us, and c2 when the answer came in:
     offset = ((received_at_us - c1) + (sent_at_us - c2)) / 2,
     round trip = (c2 - c1) - (sent_at_us - received_at_us).
     """
 
+    client_sent_at_us: int | None = Field(description="As the client gave it (c1), or null.")
     received_at_us: TimestampUs = Field(description="When the server took up the request (t1).")
     sent_at_us: TimestampUs = Field(description="When it sent the answer (t2).")
+
+
+class GbotPart(Schema):
+    """A part as the GBOT authors' own server tells it: metres, degrees, for Unity."""
+
+    classId: str = Field(description="The part's name.")  # noqa: N815 - the old clients' name
+    x: float
+    y: float = Field(description="Negated: up.")
+    z: float
+    qx: float = Field(description="Turn about x, degrees; the order is z, x, y.")
+    qy: float = Field(description="Turn about y, degrees.")
+    qz: float = Field(description="Turn about z, degrees, and 180.")
 
 
 class Health(Schema):
@@ -224,13 +248,3 @@ class Health(Schema):
 
     status: Literal["ok", "ready"]
     version: str
-
-
-class Problem(BaseModel):
-    """An error, as in RFC 9457 (application/problem+json). It may carry further members."""
-
-    type: str = Field(default="about:blank", description="What kind of problem.")
-    title: str
-    status: int = Field(description="The HTTP status.")
-    detail: str = Field(description="What is wrong here, and what to do.")
-    instance: str = Field(description="The path that was asked for.")

@@ -85,6 +85,13 @@ class Settings(BaseSettings):
         description="Address to listen at; 0.0.0.0 for all of this machine's.",
     )
     port: int = Field(default=8000, ge=1, le=65535, description="Port to listen at.")
+    gbot_port: int | None = Field(
+        default=None,
+        ge=1,
+        le=65535,
+        description="A second port that serves /resource alone, for clients made for the GBOT "
+        "authors' server; theirs is 1984.",
+    )
     station: StationSettings = Field(
         default_factory=StationSettings, description="The workbench that is served."
     )

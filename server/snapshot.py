@@ -11,6 +11,7 @@ import numpy.typing as npt
 import orjson
 
 from snapfit.models.pose import Pose, rotation_vector
+from snapfit.server.assembly_snapshot import AssemblyWriter
 from snapfit.server.clock import Clock
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 
@@ -32,12 +33,16 @@ class SnapshotWriter:
         station, asset: names; no asset where loose parts are tracked.
         boot_id: of this run of the worker.
         clock: the server's time line.
+
+    Attributes:
+        assembly: writes the assembly in it.
     """
 
     def __init__(self, *, station: str, asset: str | None, boot_id: str, clock: Clock) -> None:
         self._header = {"station": station, "asset": asset, "boot_id": boot_id}
         self._clock = clock
         self._seq = 0
+        self.assembly = AssemblyWriter()
         self._last_pose: dict[str, _Seen] = {}
         self._last_tracked_at_us: dict[str, int] = {}
 
@@ -58,6 +63,9 @@ class SnapshotWriter:
             "frame": "camera",
             "convention": "opencv",
             "parts": parts,
+            "assembly": None
+            if result.assembly is None
+            else self.assembly.write(result.assembly, result.captured_at_ns // 1000),
         }
         return orjson.dumps(snapshot, option=orjson.OPT_SERIALIZE_NUMPY)
 
@@ -84,7 +92,7 @@ class SnapshotWriter:
             "covariance": None if covariance is None else _single(covariance),
             "linear_velocity": linear,
             "angular_velocity": angular,
-            "linked_to": None,
+            "linked_to": estimate.linked_to,
             "last_seen_at_us": self._last_tracked_at_us.get(estimate.part),
         }
 

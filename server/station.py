@@ -5,9 +5,15 @@ from __future__ import annotations
 import asyncio
 import time
 from http import HTTPStatus
+from pathlib import Path
+from typing import Any
 
 from snapfit.server.answers import Answer, SnapshotAnswers
+from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
+from snapfit.server.command_desk import CommandDesk
+from snapfit.server.event_detector import EventDetector
+from snapfit.server.events import EventKind, EventLog
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
@@ -19,7 +25,11 @@ from snapfit.server.schemas import (
     WorkerReport,
 )
 from snapfit.server.settings import StationSettings
+from snapfit.server.state_clock import StateClock
+from snapfit.server.steps import StationSteps, no_assembly
 from snapfit.server.supervisor import Supervisor
+from snapfit.server.view import PLAIN, View
+from snapfit.server.watch import Moment, Watch
 from snapfit.server.worker_spec import WorkerSpec
 
 _PICTURE_WAIT_S = 1.0
@@ -28,8 +38,26 @@ _PICTURE_WANTED_S = 2.0
 _RETRY_AFTER_S = 1
 
 
+def unknown_part(station: str, name: str, parts: list[str]) -> ProblemError:
+    """404; lists the parts that there are."""
+    return ProblemError(
+        HTTPStatus.NOT_FOUND,
+        "unknown-part",
+        f"Station {station} has no part {name!r}; it has {', '.join(parts)}.",
+        parts=parts,
+    )
+
+
 class Station:
-    """Owns the pose store and the supervised worker of one workbench."""
+    """Owns the pose store and the supervised worker of one workbench.
+
+    Attributes:
+        name: in paths.
+        watch: wakes whoever waits for the next snapshot.
+        events: what happened here.
+        commands: what the worker is ordered to do.
+        state_clock: how long each assembly state has held.
+    """
 
     def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
         self.name = settings.name
@@ -52,8 +80,16 @@ class Station:
             pipeline=pipeline,
         )
         self._supervisor = Supervisor(spec, self._store)
+        self.commands = CommandDesk(
+            self.name, self._store, lambda: self._supervisor.status.pid is not None
+        )
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
+        self._asset: ExportedAsset | None = None
+        self._detector = EventDetector()
+        self.events = EventLog()
+        self.state_clock = StateClock()
+        self.watch = Watch(self.moment, self._on_moment)
 
     def start(self) -> None:
         """Start the worker."""
@@ -64,32 +100,79 @@ class Station:
         self._supervisor.close()
         self._store.close()
 
-    def poses(self) -> Answer:
-        """All parts in the latest snapshot.
+    def moment(self) -> Moment | None:
+        """Which snapshot is the latest, and whether it is stale; None before the first one."""
+        answers = self._newest()
+        if answers is None:
+            return None
+        return Moment(answers.boot_id, answers.seq, self._is_stale(answers), answers.revision)
+
+    def snapshot(self) -> dict[str, Any] | None:
+        """JSON of the latest snapshot, to be read only; None before the first one."""
+        answers = self._newest()
+        return None if answers is None else answers.snapshot
+
+    def latest_snapshot(self) -> dict[str, Any]:
+        """The same, where there has to be one.
+
+        Raises:
+            ProblemError: 503 before the first snapshot.
+        """
+        return self._latest().snapshot
+
+    def poses(self, view: View = PLAIN, at_us: int | None = None) -> Answer:
+        """All parts in the latest snapshot, as somebody wants to see them.
 
         Raises:
             ProblemError: 503 before the first snapshot.
         """
         answers = self._latest()
-        return answers.all_parts(stale=self._is_stale(answers))
+        return answers.all_parts(stale=self._is_stale(answers), view=view, at_us=at_us)
 
-    def part(self, name: str) -> Answer:
-        """One part in the latest snapshot.
+    def part(self, name: str, view: View = PLAIN, at_us: int | None = None) -> Answer:
+        """One part in the latest snapshot, likewise.
 
         Raises:
             ProblemError: 503 before the first snapshot, 404 for an unknown part.
         """
         answers = self._latest()
-        answer = answers.one_part(name, stale=self._is_stale(answers))
+        answer = answers.one_part(name, stale=self._is_stale(answers), view=view, at_us=at_us)
         if answer is None:
-            parts = answers.part_names
-            raise ProblemError(
-                HTTPStatus.NOT_FOUND,
-                "unknown-part",
-                f"Station {self.name} has no part {name!r}; it has {', '.join(parts)}.",
-                parts=parts,
-            )
+            raise unknown_part(self.name, name, answers.part_names)
         return answer
+
+    def assembly(self) -> Answer:
+        """The assembly at the latest snapshot.
+
+        Raises:
+            ProblemError: 503 before the first snapshot, 404 where nothing follows the assembly.
+        """
+        answers = self._latest()
+        answer = answers.assembly(stale=self._is_stale(answers))
+        if answer is None:
+            raise no_assembly(self.name)
+        return answer
+
+    def steps(self, view: View) -> StationSteps:
+        """The steps of its asset at the latest snapshot.
+
+        Raises:
+            ProblemError: 503 before the first snapshot, 404 where nothing follows the assembly.
+        """
+        answers = self._latest()
+        stale = self._is_stale(answers)
+        asset = self.asset()
+        if asset is None:
+            raise no_assembly(self.name)
+        return StationSteps(answers, asset, view, stale=stale)
+
+    def asset(self) -> ExportedAsset | None:
+        """What is assembled here; None for loose parts, and until the worker has opened it."""
+        report = self._report()
+        folder = None if report is None else report.asset_folder
+        if folder is not None and (self._asset is None or str(self._asset.folder) != folder):
+            self._asset = ExportedAsset(Path(folder))
+        return self._asset
 
     async def picture(self, kind: Picture) -> PictureMessage:
         """A picture of the latest snapshot or a later one; waits for it, at most a second.
@@ -168,6 +251,27 @@ class Station:
     def _report(self) -> WorkerReport | None:
         message = self._store.reports.read()
         return None if message is None else WorkerReport.model_validate_json(message.payload)
+
+    def now_us(self) -> int:
+        """The server's time, Unix, microseconds."""
+        return self._clock.now_us()
+
+    def tell(self, kind: EventKind, data: dict[str, Any]) -> None:
+        """Note an event, at the latest snapshot."""
+        answers = self._answers
+        known = {} if answers is None else answers.identity
+        header = {"station": self.name, "at_us": self.now_us(), **known}
+        self.events.add(kind, {**header, **data})
+
+    def _on_moment(self) -> None:
+        """Another snapshot, or the latest one has become stale."""
+        answers = self._newest()
+        if answers is not None:
+            stale = self._is_stale(answers)
+            assembly = answers.snapshot.get("assembly")
+            self.state_clock.enter(None if stale or assembly is None else assembly["state"])
+            for kind, data in self._detector.happened(answers.snapshot, stale=stale):
+                self.tell(kind, data)
 
     def _newest(self) -> SnapshotAnswers | None:
         answers = self._answers

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager
 from http import HTTPStatus
 
+from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
 from snapfit.server.problems import ProblemError
 from snapfit.server.settings import StationSettings
@@ -39,6 +43,24 @@ class Stations:
             _, station = self._stations.popitem()
             station.close()
 
+    @asynccontextmanager
+    async def watched(self) -> AsyncIterator[None]:
+        """While it is open, whoever waits for a snapshot is woken."""
+        tasks = [asyncio.create_task(station.watch.run()) for station in self]
+        for task in tasks:
+            task.add_done_callback(_log_failure)
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    def end_streams(self) -> None:
+        """Let long polls and streams end now, because the server does."""
+        for station in self:
+            station.watch.end()
+
     def __iter__(self) -> Iterator[Station]:
         return iter(self._stations.values())
 
@@ -58,6 +80,33 @@ class Stations:
                 stations=names,
             )
         return station
+
+    def assets(self) -> list[tuple[ExportedAsset, list[str]]]:
+        """What is assembled here, and the names of the stations at which."""
+        found: dict[ExportedAsset, list[str]] = {}
+        for station in self:
+            asset = station.asset()
+            if asset is not None:
+                found.setdefault(asset, []).append(station.name)
+        return list(found.items())
+
+    def asset(self, name: str) -> ExportedAsset:
+        """The asset of this name.
+
+        Raises:
+            ProblemError: 404; lists the assets that there are.
+        """
+        known = {asset.info.asset: asset for asset, _ in self.assets()}
+        if name not in known:
+            names = list(known)
+            told = f"there is {', '.join(names)}" if names else "there is none yet"
+            raise ProblemError(
+                HTTPStatus.NOT_FOUND,
+                "unknown-asset",
+                f"No station of this server assembles {name!r}; {told}.",
+                assets=names,
+            )
+        return known[name]
 
     def only(self) -> Station:
         """The one station, for the short forms of the paths.
@@ -85,4 +134,10 @@ class Stations:
         return None
 
 
+def _log_failure(task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and task.exception() is not None:
+        _LOG.critical("long polls and streams wait in vain now", exc_info=task.exception())
+
+
+_LOG = logging.getLogger(__name__)
 _PREFIX, _SUFFIX = "/v1/stations/", "/poses"

@@ -6,12 +6,16 @@ import logging
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal
 
+from snapfit.models.asset import Asset
 from snapfit.models.camera import PinholeCamera, RgbdCamera
 from snapfit.models.errors import PoseError
 from snapfit.models.pose import Pose
+from snapfit.server.asset_export import export_asset
 from snapfit.server.clock import Clock
+from snapfit.server.command_runner import CommandRunner
 from snapfit.server.pictures import PictureMaker
 from snapfit.server.pipeline import Pipeline
 from snapfit.server.pose_store import PoseStore
@@ -61,7 +65,8 @@ class TrackingLoop:
         self._snapshots = SnapshotWriter(
             station=spec.station, asset=facts.asset, boot_id=spec.boot_id, clock=clock
         )
-        reporter.knows(facts)
+        self._commands = CommandRunner(store, pipeline, self._snapshots)
+        reporter.knows(facts, _exported(pipeline.source.asset))
         _LOG.info(
             "station %s: tracking %d parts of %s with %s at %g frames a second",
             spec.station,
@@ -83,11 +88,15 @@ class TrackingLoop:
         try:
             while not stop.is_set():
                 due_ns = pacer.wait(stop) + self._clock.wall_minus_monotonic_ns
+                self._commands.run()
                 if not self._next_frame(due_ns, pictures):
                     self._reporter.report(Phase.ENDED, "the source has ended")
                     break
+                self._commands.reply()
                 self._reporter.beat()
-            while not stop.wait(timeout=0.5):
+            while not stop.wait(timeout=0.1):
+                self._commands.run(ended=True)
+                self._commands.reply()
                 self._reporter.beat()
         finally:
             pictures.close()
@@ -119,10 +128,22 @@ class TrackingLoop:
             self._reporter.bad_frame(frame.name, str(error))
             return
         generation = self._store.snapshots.write(self._snapshots.write(result))
+        self._commands.tracked(result)
         self._reporter.tracked(result.duration_ms)
         if self._pipeline.finding is not None:
             self._reporter.looked(self._pipeline.finding.account)
         pictures.offer(frame, result, generation)
+
+
+def _exported(asset: Asset | None) -> Path | None:
+    """The folder from which the API serves the asset; None where that cannot be written."""
+    if asset is None:
+        return None
+    try:
+        return export_asset(asset)
+    except OSError as error:  # poses are served all the same
+        _LOG.warning("asset %s: its steps and meshes cannot be served: %s", asset.name, error)
+        return None
 
 
 def _facts(pipeline: Pipeline) -> StationFacts:

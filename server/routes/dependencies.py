@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-from fastapi import Depends, Header, Path, Query, Request
-from pydantic import BaseModel, ConfigDict, Field
+from fastapi import Depends, Header, Path, Request
+from starlette.requests import HTTPConnection
 
 from snapfit.server.station import Station
 from snapfit.server.stations import Stations
@@ -27,31 +27,14 @@ async def named_station(
     return stations.named(station)
 
 
-async def only_station(stations: AllStations) -> Station:
-    """The one station, where the path names none."""
-    return stations.only()
-
-
-class PoseQuery(BaseModel):
-    """How poses are to be given."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    convention: Literal["opencv"] = Field(
-        default="opencv", description="Axes and handedness: x right, y down, z forward."
-    )
-    frame: Literal["camera"] = Field(
-        default="camera", description="The frame that poses are given in."
-    )
-
-
-async def check_query(query: Annotated[PoseQuery, Query()]) -> None:
-    """Refuses what cannot be given, rather than to give something else."""
-    del query
+async def station_of(request: HTTPConnection, stations: AllStations) -> Station:
+    """The station that the path names; the only one, where it names none."""
+    name: str | None = request.path_params.get("station")
+    return stations.only() if name is None else stations.named(name)
 
 
 NamedStation = Annotated[Station, Depends(named_station)]
-OnlyStation = Annotated[Station, Depends(only_station)]
+OneStation = Annotated[Station, Depends(station_of)]
 PartName = Annotated[str, Path(description="The part's name in its asset.")]
 IfNoneMatch = Annotated[
     str | None, Header(description="The ETag of an earlier answer: 304 if nothing changed.")

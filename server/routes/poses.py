@@ -5,22 +5,22 @@ from __future__ import annotations
 from http import HTTPStatus
 from typing import Any
 
-from fastapi import APIRouter, Depends, Request, Response
+from fastapi import APIRouter, Request, Response
 
-from snapfit.server.answers import Answer
+from snapfit.server.clock import Clock
 from snapfit.server.problems import problem_responses
-from snapfit.server.routes.dependencies import (
-    IfNoneMatch,
-    NamedStation,
-    OnlyStation,
-    PartName,
-    check_query,
-)
+from snapfit.server.routes.dependencies import IfNoneMatch, OneStation, PartName
+from snapfit.server.routes.pose_query import PoseQuery, WantedPoses
+from snapfit.server.routes.reply import reply
 from snapfit.server.schemas import PartSnapshot, PoseSnapshot
+from snapfit.server.station import Station
 
-router = APIRouter(tags=["poses"], dependencies=[Depends(check_query)])
+router = APIRouter(tags=["poses"])
 
 _RESPONSES: dict[int | str, dict[str, Any]] = {
+    HTTPStatus.NO_CONTENT.value: {
+        "description": "No snapshot after `after_seq` within `timeout_s`: ask again."
+    },
     HTTPStatus.NOT_MODIFIED.value: {"description": "Nothing changed since If-None-Match."},
     **problem_responses(
         HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENTITY, HTTPStatus.SERVICE_UNAVAILABLE
@@ -28,52 +28,39 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
 }
 
 
-@router.get("/stations/{station}/poses", response_model=PoseSnapshot, responses=_RESPONSES)
-async def get_station_poses(
-    request: Request,
-    station: NamedStation,
-    if_none_match: IfNoneMatch = None,
-) -> Response:
-    """The poses of all parts in the latest frame."""
-    return _reply(request, station.poses(), if_none_match)
-
-
-@router.get("/stations/{station}/poses/{part}", response_model=PartSnapshot, responses=_RESPONSES)
-async def get_station_part_pose(
-    request: Request,
-    station: NamedStation,
-    part: PartName,
-    if_none_match: IfNoneMatch = None,
-) -> Response:
-    """The pose of one part in the latest frame."""
-    return _reply(request, station.part(part), if_none_match)
-
-
 @router.get("/poses", response_model=PoseSnapshot, responses=_RESPONSES)
 async def get_poses(
-    request: Request,
-    station: OnlyStation,
-    if_none_match: IfNoneMatch = None,
+    request: Request, station: OneStation, query: WantedPoses, if_none_match: IfNoneMatch = None
 ) -> Response:
-    """The poses of all parts in the latest frame of the only station."""
-    return _reply(request, station.poses(), if_none_match)
+    """The poses of all parts in the latest frame."""
+    return await _poses(request, station, query, if_none_match)
 
 
 @router.get("/poses/{part}", response_model=PartSnapshot, responses=_RESPONSES)
 async def get_part_pose(
     request: Request,
-    station: OnlyStation,
+    station: OneStation,
     part: PartName,
+    query: WantedPoses,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
-    """The pose of one part in the latest frame of the only station."""
-    return _reply(request, station.part(part), if_none_match)
+    """The pose of one part in the latest frame."""
+    return await _poses(request, station, query, if_none_match, part)
 
 
-def _reply(request: Request, answer: Answer, if_none_match: str | None) -> Response:
-    """200 with the JSON, or 304 where the client has it."""
-    headers = {"ETag": answer.etag.decode(), "Cache-Control": "no-store"}
-    if if_none_match is not None and answer.matches(if_none_match.encode()):
-        return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
-    body = answer.body(request.app.state.stations.clock.now_us())
-    return Response(body, headers=headers, media_type="application/json")
+async def _poses(
+    request: Request,
+    station: Station,
+    query: PoseQuery,
+    if_none_match: str | None,
+    part: str | None = None,
+) -> Response:
+    """Of all parts or of one; after a wait, where a later snapshot is asked for."""
+    clock: Clock = request.app.state.stations.clock
+    at_us = query.checked_at_us(clock)
+    is_new = True
+    if query.after_seq is not None and query.boot_id is not None:
+        is_new = await station.watch.newer_than(query.boot_id, query.after_seq, query.timeout_s)
+    view = query.view()
+    answer = station.poses(view, at_us) if part is None else station.part(part, view, at_us)
+    return reply(answer, clock.now_us(), if_none_match, is_new=is_new or answer.is_stale)

@@ -54,14 +54,17 @@ def is_alive(pid: int) -> bool:
 class Server:
     """A running server."""
 
-    def __init__(self, fault: str = "", command: list[str] | None = None) -> None:
+    def __init__(
+        self, fault: str = "", command: list[str] | None = None, more: list[str] | None = None
+    ) -> None:
         self.port = free_port()
         self.segments_before = segments()
         self.started_at_s = time.monotonic()
-        environment = {**os.environ, "PYTHONPATH": with_tests(), "SCRIPTED_FAULT": fault}
+        self.environment = {**os.environ, "PYTHONPATH": with_tests(), "SCRIPTED_FAULT": fault}
         self.process = subprocess.Popen(
-            [*(command or [sys.executable, str(HERE / "serve_scripted.py")]), str(self.port)],
-            env=environment,
+            [*(command or [sys.executable, str(HERE / "serve_scripted.py")]), str(self.port)]
+            + (more or []),
+            env=self.environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

@@ -2,6 +2,11 @@
 
 Workers get it by its dotted name; the environment tells what goes wrong:
 SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-start
+and what else is to happen:
+    assembles (other states by itself, every third of a second; then the cap is found and lost too)
+    loose (no asset)
+    finds (a detector: all parts are found a third of a second after they are looked for)
+    frame-by-frame (a tracker that keeps nothing)
 """
 
 from __future__ import annotations
@@ -12,6 +17,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scripted_assembly import STATES, STEPS, ScriptedJudge
 
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import AZURE_KINECT_720P, PinholeCamera, RgbdCamera
@@ -20,6 +26,7 @@ from snapfit.models.pose import Pose
 from snapfit.server.pipeline import Image, Pipeline, Report
 from snapfit.server.worker_spec import WorkerSpec
 from snapfit.tracking.errors import FrameError, SourceError
+from snapfit.tracking.finding.account import FindingAccount, LookAccount
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 
@@ -29,6 +36,9 @@ LOST_PART = "cap"
 X_VELOCITY_M_PER_S = 0.1
 CAMERA = RgbdCamera(AZURE_KINECT_720P.scaled(0.25), depth=PinholeCamera(64, 48, 50, 50, 32, 24))
 END_AFTER_FRAMES = 10
+FRAMES_A_STATE = 10
+FRAMES_TO_FIND = 10
+CLASS_IDS = {name: 7 + place for place, name in enumerate(PART_NAMES)}
 
 
 def _triangle() -> Mesh:
@@ -44,8 +54,9 @@ class ScriptedSource:
     frame_rate_hz = FRAME_RATE_HZ
 
     def __init__(self, fault: str) -> None:
-        self.parts = tuple(Part(name, _triangle()) for name in PART_NAMES)
-        self.asset = Asset("scripted-asset", "Scripted", "Apache-2.0", Path(), self.parts)
+        self.parts = tuple(Part(name, _triangle(), class_id=CLASS_IDS[name]) for name in PART_NAMES)
+        asset = Asset("scripted-asset", "Scripted", "Apache-2.0", Path(), self.parts, STATES, STEPS)
+        self.asset = None if fault == "loose" else asset
         self.initial_poses: Mapping[str, Pose] = {name: Pose.identity() for name in PART_NAMES}
         self._fault = fault
         self._number = 0
@@ -73,6 +84,8 @@ class ScriptedTracker:
     def __init__(self, fault: str) -> None:
         self._fault = fault
         self._start_ns = 0
+        self._searched = dict.fromkeys(PART_NAMES, FRAMES_TO_FIND) if fault == "finds" else {}
+        self._judge = ScriptedJudge(FRAMES_A_STATE if fault == "assembles" else 0)
 
     def start(self, frame: Frame, camera_from_body: Mapping[str, Pose]) -> None:
         assert set(camera_from_body) == set(PART_NAMES)
@@ -83,10 +96,22 @@ class ScriptedTracker:
         estimates = tuple(
             self._estimate(name, place, elapsed_s) for place, name in enumerate(PART_NAMES)
         )
-        return TrackingResult(frame.name, frame.captured_at_ns, estimates, duration_ms=1.0)
+        assembly = None if self._fault == "loose" else self._judge.judge()
+        state = None if assembly is None else assembly.state
+        return TrackingResult(frame.name, frame.captured_at_ns, estimates, 1.0, state, assembly)
+
+    def set_state(self, state: str) -> None:
+        self._judge.set_state(state)
+
+    def search(self, part: str) -> None:
+        self._searched[part] = FRAMES_TO_FIND
 
     def _estimate(self, name: str, place: int, elapsed_s: float) -> PartEstimate:
-        if name == LOST_PART:
+        if self._searched.get(name, 0) > 0:
+            self._searched[name] -= 1
+            return PartEstimate(name, Status.SEARCHING, 0.0, None)
+        is_shown = self._fault == "assembles" and elapsed_s % 0.6 > 0.3
+        if name == LOST_PART and not is_shown:
             return PartEstimate(name, Status.LOST, 0.0, None)
         x_m = 0.1 * place + X_VELOCITY_M_PER_S * elapsed_s
         turn = Pose.exp([0.1 * place, 0.2, 0.3, 0, 0, 0])
@@ -94,7 +119,17 @@ class ScriptedTracker:
         if self._fault == "nan-pose" and name == "jaw":
             object.__setattr__(pose, "matrix", np.full((4, 4), np.nan))
         covariance = np.diag([1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6]) + 1e-7 * elapsed_s
-        return PartEstimate(name, Status.TRACKED, 0.97, pose, covariance, 1.0)
+        parent = "base" if name == "jaw" else None
+        return PartEstimate(name, Status.TRACKED, 0.97, pose, covariance, 1.0, parent)
+
+
+class ScriptedFinding:
+    """Finds whatever the tracker looks for; it counts nothing."""
+
+    account = FindingAccount(LookAccount(), 0, 0)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
 
 
 def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
@@ -111,4 +146,9 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         drawn[: len(result.parts)] = 255
         return drawn
 
-    return Pipeline(ScriptedSource(fault), ScriptedTracker(fault), draw, spec.method)
+    tracker = ScriptedTracker(fault)
+    finding = ScriptedFinding() if fault == "finds" else None
+    controls = None if fault == "frame-by-frame" else tracker
+    return Pipeline(
+        ScriptedSource(fault), tracker, draw, spec.method, finding=finding, controls=controls
+    )

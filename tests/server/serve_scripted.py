@@ -1,4 +1,4 @@
-"""Runs the real server with the scripted pipeline: python serve_scripted.py PORT."""
+"""Runs the real server with the scripted pipeline: python serve_scripted.py PORT [GBOT_PORT]."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from snapfit.server.settings import make_settings
 
 
 def main() -> int:
-    settings = make_settings("the test", {"port": int(sys.argv[1])})
+    ports = {"port": int(sys.argv[1])}
+    if len(sys.argv) > 2:
+        ports["gbot_port"] = int(sys.argv[2])
+    settings = make_settings("the test", ports)
     try:
         run_server(
             settings, StartProgress(settings, Console()).follow, "scripted_pipeline:open_pipeline"

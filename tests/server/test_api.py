@@ -14,11 +14,11 @@ from scripted_pipeline import FRAME_RATE_HZ, LOST_PART, PART_NAMES, X_VELOCITY_M
 from snapfit.server.schemas import (
     PartSnapshot,
     PoseSnapshot,
-    Problem,
     ServerTime,
     StationInfo,
     StationList,
 )
+from snapfit.server.schemas_base import Problem
 
 POSES = ["/v1/poses", "/v1/stations/bench-1/poses"]
 PICTURES = ["/v1/frame.jpg", "/v1/overlay.jpg", "/v1/stations/bench-1/frame.jpg"]
@@ -131,7 +131,27 @@ def test_another_method_is_a_problem(server: Server, path: str) -> None:
 
 
 @pytest.mark.parametrize("path", ["/v1/poses", "/v1/poses/jaw"])
-@pytest.mark.parametrize("query", ["convention=unity", "frame=world", "convension=opencv"])
+@pytest.mark.parametrize(
+    "query",
+    [
+        "convention=unreal",
+        "convention=",
+        "frame=world",
+        "convension=opencv",
+        "at_us=now",
+        "at_us=-1",
+        "at_us=1.5",
+        "at_us=9007199254740993",
+        "after_seq=-1&boot_id=x",
+        "after_seq=x&boot_id=x",
+        "after_seq=3",
+        "boot_id=x",
+        "timeout_s=-1",
+        "timeout_s=61",
+        "timeout_s=nan",
+        "timeout_s=inf",
+    ],
+)
 def test_what_cannot_be_given_is_refused(server: Server, path: str, query: str) -> None:
     problem = assert_problem(server.get(f"{path}?{query}"), 422, path)
     assert query.partition("=")[0] in str(problem["detail"])

@@ -1,0 +1,101 @@
+"""Hands orders to the worker and waits for what becomes of them; runs in the API."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable, Sequence
+from http import HTTPStatus
+
+from snapfit.server.boards import Board
+from snapfit.server.commands import Command, CommandKind, Orders, Outcome, Replies
+from snapfit.server.pose_store import PoseStore
+from snapfit.server.problems import ProblemError
+
+_LIMIT_S = 3.0
+_PERIOD_S = 0.004
+_WRONG_NAMES = ("unknown-part", "unknown-state")
+
+
+class CommandDesk:
+    """The one writer of a station's orders.
+
+    Args:
+        station: its name.
+        store: of the station.
+        is_up: whether its worker runs.
+    """
+
+    def __init__(self, station: str, store: PoseStore, is_up: Callable[[], bool]) -> None:
+        self._station = station
+        self._store = store
+        self._is_up = is_up
+        self._run = secrets.token_hex(6)
+        self._number = 0
+        self._pending: list[Command] = []
+        self._boards: tuple[Board, ...] = ()
+
+    def look_for(self, boards: Sequence[Board]) -> None:
+        """Say which markers the camera shall look for."""
+        if tuple(boards) != self._boards:
+            self._boards = tuple(boards)
+            self._write()
+
+    async def order(
+        self, kind: CommandKind, *, parts: Sequence[str] = (), state: str = ""
+    ) -> Outcome:
+        """Have something done.
+
+        Raises:
+            ProblemError: 409, it cannot be done, with the reason; 422, a name that does not exist;
+                503, the worker is down or does not answer.
+        """
+        if not self._is_up():
+            raise self._unavailable("is down")
+        self._number += 1
+        command = Command(number=self._number, kind=kind, parts=tuple(parts), state=state)
+        self._pending.append(command)
+        self._write()
+        try:
+            outcome = await self._outcome(command.number)
+        finally:
+            # Done or not, a worker that comes later shall not do it.
+            self._pending.remove(command)
+            self._write()
+        if outcome is None:
+            raise self._unavailable(f"did not answer within {_LIMIT_S:g} s")
+        if outcome.problem is not None:
+            wrong_name = outcome.problem in _WRONG_NAMES
+            status = HTTPStatus.UNPROCESSABLE_ENTITY if wrong_name else HTTPStatus.CONFLICT
+            detail = f"Station {self._station}: {outcome.detail}"
+            raise ProblemError(status, outcome.problem, detail, names=list(outcome.names))
+        return outcome
+
+    async def _outcome(self, number: int) -> Outcome | None:
+        give_up_at_s = time.monotonic() + _LIMIT_S
+        seen = -1
+        while time.monotonic() < give_up_at_s:
+            if self._store.replies.latest != seen:
+                seen = self._store.replies.latest
+                message = self._store.replies.read()
+                if message is not None:
+                    replies = Replies.model_validate_json(message.payload)
+                    for outcome in replies.outcomes if replies.run == self._run else ():
+                        if outcome.number == number:
+                            return outcome
+            await asyncio.sleep(_PERIOD_S)
+        return None
+
+    def _write(self) -> None:
+        orders = Orders(run=self._run, commands=tuple(self._pending), boards=self._boards)
+        self._store.orders.write(orders.model_dump_json().encode())
+
+    def _unavailable(self, what: str) -> ProblemError:
+        return ProblemError(
+            HTTPStatus.SERVICE_UNAVAILABLE,
+            "worker-unavailable",
+            f"The worker of station {self._station} {what}: ask again; doing it twice does no "
+            "more than doing it once.",
+            retry_after_s=1,
+        )

@@ -1,0 +1,61 @@
+"""What happens at a station, as server-sent events."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import AsyncIterator
+from http import HTTPStatus
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Response
+
+from snapfit.server.problems import problem_responses
+from snapfit.server.routes.dependencies import OneStation
+from snapfit.server.station import Station
+from snapfit.server.stream_response import StreamResponse
+
+router = APIRouter(tags=["events"])
+
+HEARTBEAT_S = 10.0
+_WAIT_S = 1.0
+_EVENT_STREAM = "text/event-stream"
+_RESPONSES: dict[int | str, dict[str, Any]] = {
+    HTTPStatus.OK.value: {
+        "description": "Events: state_changed, step_finished, step_undone, misassembled, "
+        "part_found, part_lost, stale, recovered, anchor_drift; and `missed` first, where the "
+        "events after Last-Event-ID are no longer kept. A comment every 10 s.",
+        "content": {_EVENT_STREAM: {"schema": {"type": "string"}}},
+    },
+    **problem_responses(HTTPStatus.NOT_FOUND),
+}
+LastEventId = Annotated[
+    str | None, Header(description="The id of the last event that the client has.", max_length=64)
+]
+
+
+@router.get("/events", response_class=Response, responses=_RESPONSES)
+async def get_events(station: OneStation, last_event_id: LastEventId = None) -> StreamResponse:
+    """What happens from now on, or since the event that the client has."""
+    return StreamResponse(_events(station, last_event_id), _EVENT_STREAM)
+
+
+async def _events(station: Station, last_event_id: str | None) -> AsyncIterator[bytes]:
+    log = station.events
+    number: int | None = log.latest
+    yield b"retry: 1000\n\n"
+    if last_event_id:
+        number = log.resume(last_event_id)
+        if number is None:
+            yield b"event: missed\ndata: {}\n\n"
+            number = log.latest
+    said_at_s = time.monotonic()
+    while not station.watch.is_ending:
+        for event in log.after(number or 0):
+            number = event.number
+            head = f"id: {log.event_id(number)}\nevent: {event.kind}\ndata: "
+            yield head.encode() + event.data + b"\n\n"
+            said_at_s = time.monotonic()
+        if time.monotonic() - said_at_s >= HEARTBEAT_S:
+            yield b": here\n\n"
+            said_at_s = time.monotonic()
+        await station.watch.change(_WAIT_S)

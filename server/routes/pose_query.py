@@ -1,0 +1,96 @@
+"""The query of poses: convention, frame, time, and how long to wait for another snapshot."""
+
+from __future__ import annotations
+
+from http import HTTPStatus
+from typing import Annotated, Literal
+
+from fastapi import Depends, Query
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from snapfit.server.clock import Clock
+from snapfit.server.conventions import Convention
+from snapfit.server.problems import ProblemError
+from snapfit.server.view import View
+
+LONGEST_WAIT_S = 60.0
+_FARTHEST_US = 10_000_000
+LARGEST_INTEGER = 2**53
+"""Beyond, a JavaScript number is no integer."""
+
+
+class ViewQuery(BaseModel):
+    """How poses are to be given."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    convention: Convention = Field(
+        default=Convention.OPENCV,
+        description="Axes and handedness: opencv and ros_optical x right, y down, z forward; "
+        "openxr x right, y up, z backward; unity x right, y up, z forward, left-handed; ros "
+        "x forward, y left, z up.",
+    )
+    frame: Literal["camera"] = Field(
+        default="camera", description="The frame that poses are given in."
+    )
+
+    def view(self) -> View:
+        """As the answers understand it."""
+        return View(self.convention)
+
+
+class PoseQuery(ViewQuery):
+    """How poses are to be given, for when, and after which snapshot."""
+
+    at_us: Annotated[int, Field(ge=0, le=LARGEST_INTEGER)] | None = Field(
+        default=None,
+        description="Unix time by the server's clock, microseconds: poses are extrapolated to it, "
+        "at most 100 ms from the exposure. Beyond that they are given for the nearest time within, "
+        "and `at_clamped` is true. More than 10 s from now is refused.",
+    )
+    after_seq: Annotated[int, Field(ge=0, le=LARGEST_INTEGER)] | None = Field(
+        default=None,
+        description="Wait for a snapshot after this one of `boot_id`, or until `stale` changes: "
+        "204 if there is none within `timeout_s`.",
+    )
+    boot_id: str | None = Field(
+        default=None, max_length=64, description="Of the snapshot that `after_seq` counts from."
+    )
+    timeout_s: float = Field(
+        default=20.0, ge=0, le=LONGEST_WAIT_S, description="How long to wait, seconds."
+    )
+
+    @model_validator(mode="after")
+    def _go_together(self) -> PoseQuery:
+        if (self.after_seq is None) != (self.boot_id is None):
+            raise ValueError("after_seq and boot_id go together: give both, or neither")
+        return self
+
+    def checked_at_us(self, clock: Clock) -> int | None:
+        """The time to extrapolate to.
+
+        Raises:
+            ProblemError: 422, it is so far off that the client's clock must be wrong.
+        """
+        now_us = clock.now_us()
+        if self.at_us is not None and abs(self.at_us - now_us) > _FARTHEST_US:
+            raise ProblemError(
+                HTTPStatus.UNPROCESSABLE_ENTITY,
+                "at-out-of-range",
+                f"at_us is {(self.at_us - now_us) / 1e6:.1f} s from now by the server's clock: "
+                "synchronise with GET /v1/time.",
+                now_us=now_us,
+            )
+        return self.at_us
+
+
+async def _view_query(query: Annotated[ViewQuery, Query()]) -> ViewQuery:
+    return query
+
+
+async def _pose_query(query: Annotated[PoseQuery, Query()]) -> PoseQuery:
+    return query
+
+
+WantedView = Annotated[ViewQuery, Depends(_view_query)]
+WantedPoses = Annotated[PoseQuery, Depends(_pose_query)]
