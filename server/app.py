@@ -18,8 +18,9 @@ from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
 from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
-from snapfit.server.routes import pictures, poses, stations, system
-from snapfit.server.routes.page import page_router
+from snapfit.server.routes import pictures, poses, session, stations, system
+from snapfit.server.routes.page import page_paths, page_router
+from snapfit.server.security.install import install_security
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
 from snapfit.server.worker_spec import DEFAULT_PIPELINE
@@ -56,15 +57,18 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         description=_DESCRIPTION,
         version=version("snapfit"),
         lifespan=lifespan,
+        docs_url=None,  # FastAPI's page is fetched from the internet; ours is among the files
         redoc_url=None,
     )
     app.state.stations = all_stations
     app.add_middleware(PosesFastLane, stations=all_stations)
     install_problem_handlers(app)
-    for router in (stations.router, poses.router, pictures.router):
+    for router in (stations.router, poses.router, pictures.router, session.router):
         app.include_router(router, prefix="/v1")
     app.include_router(system.router)
-    app.include_router(page_router())
+    page = page_router()
+    app.include_router(page)
+    install_security(app, settings.security, settings.host, page_paths(page))
     install_openapi(app)
     return app
 

@@ -15,6 +15,7 @@ import uvicorn
 
 from snapfit.server.app import create_app
 from snapfit.server.errors import AddressError, PortInUseError
+from snapfit.server.security.tls import check_tls
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
 from snapfit.server.worker_spec import DEFAULT_PIPELINE
@@ -37,8 +38,11 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     Raises:
         PortInUseError: another program listens there.
         AddressError: this machine cannot listen there.
+        TlsError: a certificate or its key cannot be used.
+        KeyFileError: the key file cannot be read.
         SnapfitError: raised by the companion.
     """
+    check_tls(settings.security)
     listener = _listen(settings.host, settings.port)
     app = create_app(settings, pipeline)
     config = uvicorn.Config(
@@ -47,6 +51,8 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         http="httptools",
         ws="none",
         access_log=False,
+        ssl_certfile=settings.security.tls_cert,
+        ssl_keyfile=settings.security.tls_key,
         server_header=False,
         log_level="warning",
         timeout_graceful_shutdown=_SHUTDOWN_LIMIT_S,

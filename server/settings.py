@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 from pydantic_settings import (
@@ -15,9 +15,11 @@ from pydantic_settings import (
 )
 
 from snapfit.server.errors import SettingsError
+from snapfit.server.security.settings import SecuritySettings
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE
 from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
+_Table = TypeVar("_Table", bound=BaseModel)
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 
 
@@ -88,6 +90,9 @@ class Settings(BaseSettings):
     station: StationSettings = Field(
         default_factory=StationSettings, description="The workbench that is served."
     )
+    security: SecuritySettings = Field(
+        default_factory=SecuritySettings, description="Who may ask, how much, and from where."
+    )
 
     @classmethod
     def settings_customise_sources(
@@ -141,24 +146,46 @@ def with_station(settings: Settings, values: dict[str, Any]) -> Settings:
     Raises:
         SettingsError: a value is refused.
     """
+    station = _with(settings.station, values)
+    return settings.model_copy(update={"station": station})
+
+
+def with_security(settings: Settings, values: dict[str, Any]) -> Settings:
+    """The settings with other values for security, as the command line gives them.
+
+    Raises:
+        SettingsError: a value is refused.
+    """
+    return settings.model_copy(update={"security": _with(settings.security, values)})
+
+
+def _with(table: _Table, values: dict[str, Any]) -> _Table:
     try:
-        station = StationSettings(**{**settings.station.model_dump(), **values})
+        return type(table)(**{**table.model_dump(), **values})
     except ValidationError as error:
         problems = [_problem(detail) for detail in error.errors()]
         raise SettingsError("the command line", problems) from error
-    return settings.model_copy(update={"station": station})
 
 
 def _problem(detail: Any) -> str:
     key = ".".join(str(step) for step in detail["loc"]) or "settings"
     if detail["type"] == "extra_forbidden":
-        model = StationSettings if key.startswith("station.") else Settings
+        table = _TABLES.get(key.partition(".")[0]) if "." in key else None
+        model = Settings if table is None else table
         return f"{key}: unknown key; there are {', '.join(model.model_fields)}"
     return f"{key}: {detail['msg']}, this is {detail['input']!r}"
 
 
+_TABLES: dict[str, type[BaseModel]] = {"station": StationSettings, "security": SecuritySettings}
+
+
 def _count_from(folder: Path, values: dict[str, Any]) -> None:
-    """Make relative folders of the file count from where the file lies."""
+    """Make relative folders and files of the file count from where the file lies."""
+    security = values.get("security")
+    if isinstance(security, dict):
+        for key in ("keys_file", "tls_cert", "tls_key"):
+            if isinstance(value := security.get(key), str):
+                security[key] = str(folder / value)
     station = values.get("station")
     if not isinstance(station, dict):
         return

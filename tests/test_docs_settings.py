@@ -18,7 +18,16 @@ from snapfit.server.settings import Settings, load_settings
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "settings.md").read_text(encoding="utf-8")
-UNITS = {"_s": "s", "_ms": "ms", "_m": "m", "_deg": "deg", "_hz": "Hz", "_px": "px"}
+UNITS = {
+    "_per_s": "1/s",
+    "_bytes": "bytes",
+    "_s": "s",
+    "_ms": "ms",
+    "_m": "m",
+    "_deg": "deg",
+    "_hz": "Hz",
+    "_px": "px",
+}
 
 
 def fields(model: type[BaseModel], prefix: str = "") -> dict[str, FieldInfo]:

@@ -14,6 +14,7 @@ const arrivals = [];
 
 async function ask(path) {
   const answer = await fetch(path, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" });
+  $("key-form").hidden = answer.status !== 401;
   return { ok: answer.ok, body: await answer.json() };
 }
 
