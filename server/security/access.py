@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from starlette.types import Scope
 
-from snapfit.server.security.asking import Asking, host_name
+from snapfit.server.security.asking import Asking, host_name, is_local_name
 from snapfit.server.security.key_file import KeyRecord
 from snapfit.server.security.key_ring import KeyRing
 from snapfit.server.security.rate_limit import TokenBuckets
@@ -87,7 +87,7 @@ class Access:
     def _check_place(self, scope: Scope, asking: Asking) -> None:
         """Keeps web pages from elsewhere from acting through somebody's browser."""
         if self.ring is None and not (
-            asking.is_local_name() or host_name(asking.host) in self._hosts
+            is_local_name(asking.host) or host_name(asking.host) in self._hosts
         ):
             raise foreign_host(asking.host)
         acts = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 from dataclasses import dataclass
+from functools import lru_cache
 from urllib.parse import urlsplit
 
 from starlette.types import Scope
@@ -54,20 +55,22 @@ class Asking:
         """Whether the page that asks came from here; true where no page asks."""
         return not self.origin or urlsplit(self.origin).netloc.lower() == self.host.lower()
 
-    def is_local_name(self) -> bool:
-        """Whether no stranger can make the host that was asked for lead here.
 
-        Without keys a foreign page could otherwise read from this machine under a name of its
-        own that it lets point here (DNS rebinding).
-        """
-        name = host_name(self.host)
-        if not name or "." not in name or name.endswith(_LOCAL_ENDINGS):
-            return True
-        try:
-            ipaddress.ip_address(name)
-        except ValueError:
-            return False
+@lru_cache(maxsize=256)
+def is_local_name(host: str) -> bool:
+    """Whether no stranger can make this Host header lead here.
+
+    Without keys a foreign page could otherwise read from this machine under a name of its own
+    that it lets point here (DNS rebinding).
+    """
+    name = host_name(host)
+    if not name or "." not in name or name.endswith(_LOCAL_ENDINGS):
         return True
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
 
 
 def host_name(host: str) -> str:

@@ -9,6 +9,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from snapfit.server.problems import ProblemError
 from snapfit.server.security.refusals import refuse
+from snapfit.server.security.roles import SAFE_METHODS
 
 
 class BodyLimit:
@@ -25,7 +26,7 @@ class BodyLimit:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse what says that it is too long; count what does not say."""
-        if scope["type"] != "http":
+        if scope["type"] != "http" or scope["method"] in SAFE_METHODS:  # whose bodies none reads
             await self._app(scope, receive, send)
             return
         for name, value in scope["headers"]:
