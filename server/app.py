@@ -40,7 +40,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         settings: what is served.
         pipeline: "module:function" that opens source and tracker in the workers.
     """
-    all_stations = Stations([settings.station], Clock.started_now(), pipeline)
+    all_stations = Stations(list(settings.all_stations), Clock.started_now(), pipeline)
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

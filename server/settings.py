@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 from pydantic_settings import (
     BaseSettings,
     NoDecode,
@@ -90,9 +90,30 @@ class Settings(BaseSettings):
     station: StationSettings = Field(
         default_factory=StationSettings, description="The workbench that is served."
     )
+    stations: tuple[StationSettings, ...] = Field(
+        default=(),
+        max_length=32,
+        description="Several workbenches, each a table [[stations]] with the keys of [station], in "
+        "place of it; in the environment a JSON list.",
+    )
     security: SecuritySettings = Field(
         default_factory=SecuritySettings, description="Who may ask, how much, and from where."
     )
+
+    @model_validator(mode="after")
+    def _check_stations(self) -> Settings:
+        names = [station.name for station in self.stations]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"stations have to differ in name: {', '.join(twice)} is there twice")
+        if names and "station" in self.model_fields_set:
+            raise ValueError("station and stations are both set: move station into the list")
+        return self
+
+    @property
+    def all_stations(self) -> tuple[StationSettings, ...]:
+        """Every workbench that is served."""
+        return self.stations or (self.station,)
 
     @classmethod
     def settings_customise_sources(
@@ -141,13 +162,15 @@ def make_settings(origin: Path | str, values: dict[str, Any]) -> Settings:
 
 
 def with_station(settings: Settings, values: dict[str, Any]) -> Settings:
-    """The settings with other values for the station, as the command line gives them.
+    """The settings with other values for every station, as the command line gives them.
 
     Raises:
         SettingsError: a value is refused.
     """
-    station = _with(settings.station, values)
-    return settings.model_copy(update={"station": station})
+    if settings.stations:
+        stations = tuple(_with(station, values) for station in settings.stations)
+        return settings.model_copy(update={"stations": stations})
+    return settings.model_copy(update={"station": _with(settings.station, values)})
 
 
 def with_security(settings: Settings, values: dict[str, Any]) -> Settings:
@@ -173,10 +196,16 @@ def _problem(detail: Any) -> str:
         table = _TABLES.get(key.partition(".")[0]) if "." in key else None
         model = Settings if table is None else table
         return f"{key}: unknown key; there are {', '.join(model.model_fields)}"
+    if detail["type"] == "value_error":  # of all settings together
+        return f"{key}: {detail['ctx']['error']}"
     return f"{key}: {detail['msg']}, this is {detail['input']!r}"
 
 
-_TABLES: dict[str, type[BaseModel]] = {"station": StationSettings, "security": SecuritySettings}
+_TABLES: dict[str, type[BaseModel]] = {
+    "station": StationSettings,
+    "stations": StationSettings,
+    "security": SecuritySettings,
+}
 
 
 def _count_from(folder: Path, values: dict[str, Any]) -> None:
@@ -186,10 +215,11 @@ def _count_from(folder: Path, values: dict[str, Any]) -> None:
         for key in ("keys_file", "tls_cert", "tls_key"):
             if isinstance(value := security.get(key), str):
                 security[key] = str(folder / value)
-    station = values.get("station")
-    if not isinstance(station, dict):
-        return
-    for key in ("source", "asset"):
-        value = station.get(key)
-        if isinstance(value, str) and (folder / value).is_dir():
-            station[key] = str(folder / value)
+    several = values.get("stations")
+    for station in (values.get("station"), *(several if isinstance(several, list) else ())):
+        if not isinstance(station, dict):
+            continue
+        for key in ("source", "asset"):
+            value = station.get(key)
+            if isinstance(value, str) and (folder / value).is_dir():
+                station[key] = str(folder / value)

@@ -72,7 +72,7 @@ class Stations:
             HTTPStatus.NOT_FOUND,
             "which-station",
             f"This server has several stations: ask for /v1/stations/NAME/..., NAME one of "
-            f"{', '.join(names)}.",
+            f"{', '.join(names)}; /v1/stations tells of all.",
             stations=names,
         )
 

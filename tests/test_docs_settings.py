@@ -56,7 +56,8 @@ def bounds(field: FieldInfo) -> str:
     if "pattern" in limits:
         told.append(f"`{limits['pattern']}`")
     if "max_length" in limits:
-        told.append(f"at most {limits['max_length']} characters")
+        what = "tables" if get_origin(field.annotation) is tuple else "characters"
+        told.append(f"at most {limits['max_length']} {what}")
     elif "min_length" in limits:
         told.append("not empty")
     return ", ".join(told) or "-"

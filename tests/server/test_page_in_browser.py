@@ -88,3 +88,15 @@ def test_the_documentation_needs_no_internet(server: Server, tmp_path: Path) -> 
         for method in operations:
             assert f"{method.upper()} {path}<" in page
     assert '<details id="PoseSnapshot">' in page
+
+
+def test_it_shows_the_station_that_is_wished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SNAPFIT_STATIONS", '[{"name": "left"}, {"name": "right"}]')
+    with running() as server:
+        server.wait_ready()
+        page = page_as_seen(server, tmp_path, "?station=right")
+    assert 'data-state="running"' in page
+    assert "right · scripted-asset" in page
+    assert '<a href="?station=left">left</a>' in page
