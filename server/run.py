@@ -15,6 +15,7 @@ import uvicorn
 
 from snapfit.server.app import create_app
 from snapfit.server.errors import AddressError, PortInUseError
+from snapfit.server.logs.setup import LogChoice, configure_logging
 from snapfit.server.security.tls import check_tls
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
@@ -42,6 +43,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         KeyFileError: the key file cannot be read.
         SnapfitError: raised by the companion.
     """
+    configure_logging(LogChoice(settings.log_format, settings.log_level))
     check_tls(settings.security)
     listener = _listen(settings.host, settings.port)
     app = create_app(settings, pipeline)
@@ -54,6 +56,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         ssl_certfile=settings.security.tls_cert,
         ssl_keyfile=settings.security.tls_key,
         server_header=False,
+        log_config=None,  # ours, which is set up already
         log_level="warning",
         timeout_graceful_shutdown=_SHUTDOWN_LIMIT_S,
     )

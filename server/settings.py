@@ -15,6 +15,7 @@ from pydantic_settings import (
 )
 
 from snapfit.server.errors import SettingsError
+from snapfit.server.logs.setup import LogFormat, LogLevel
 from snapfit.server.security.settings import SecuritySettings
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE
 from snapfit.tracking.finding.names import DetectorWish, ProviderName
@@ -87,6 +88,15 @@ class Settings(BaseSettings):
         description="Address to listen at; 0.0.0.0 for all of this machine's.",
     )
     port: int = Field(default=8000, ge=1, le=65535, description="Port to listen at.")
+    log_format: LogFormat = Field(
+        default="text",
+        description="How logs are written to standard error: text, or JSON, an object a line.",
+    )
+    log_level: LogLevel = Field(
+        default="warning",
+        description="What is logged: info adds requests that change something or are refused, "
+        "debug all requests.",
+    )
     station: StationSettings = Field(
         default_factory=StationSettings, description="The workbench that is served."
     )

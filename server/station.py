@@ -8,6 +8,7 @@ from http import HTTPStatus
 
 from snapfit.server.answers import Answer, SnapshotAnswers
 from snapfit.server.clock import Clock
+from snapfit.server.logs.setup import chosen_logging
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
@@ -50,6 +51,8 @@ class Station:
             poses_segment=names.poses,
             pictures_segment=names.pictures,
             pipeline=pipeline,
+            log_format=chosen_logging().format,
+            log_level=chosen_logging().level,
         )
         self._supervisor = Supervisor(spec, self._store)
         self._answers: SnapshotAnswers | None = None

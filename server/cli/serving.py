@@ -10,6 +10,7 @@ from rich.console import Console
 
 from snapfit.server.cli.errors import clear_errors
 from snapfit.server.cli.progress import StartProgress, base_url
+from snapfit.server.logs.setup import LogFormat
 from snapfit.server.run import run_server
 from snapfit.server.security.first_key import first_key, key_file, show_first_key
 from snapfit.server.settings import (
@@ -42,6 +43,8 @@ _Providers = Annotated[
 _TlsCert = Annotated[str | None, typer.Option(help="Certificate chain, PEM: HTTPS.")]
 _TlsKey = Annotated[str | None, typer.Option(help="The certificate's private key, PEM.")]
 
+_LogFormat = Annotated[LogFormat | None, typer.Option(help="How logs are written.")]
+
 
 def demo(
     asset: Annotated[str, typer.Option(help="A bundled asset, or its folder.")] = DEFAULT_ASSET,
@@ -51,6 +54,7 @@ def demo(
     provider: _Providers = None,
     tls_cert: _TlsCert = None,
     tls_key: _TlsKey = None,
+    log_format: _LogFormat = None,
 ) -> None:
     """Track the simulated bench and serve its poses."""
     with clear_errors():
@@ -58,7 +62,7 @@ def demo(
         station = {"source": DEMO_SOURCE, "asset": asset}
         settings = with_station(settings, {**station, **_finding(detector, provider)})
         settings = with_security(settings, _given(tls_cert=tls_cert, tls_key=tls_key))
-        _serve(settings.model_copy(update=_given(host=host, port=port)))
+        _serve(settings.model_copy(update=_given(host=host, port=port, log_format=log_format)))
 
 
 def serve(
@@ -69,12 +73,13 @@ def serve(
     provider: _Providers = None,
     tls_cert: _TlsCert = None,
     tls_key: _TlsKey = None,
+    log_format: _LogFormat = None,
 ) -> None:
     """Track a station and serve its poses."""
     with clear_errors():
         settings = with_station(load_settings(config), _finding(detector, provider))
         settings = with_security(settings, _given(tls_cert=tls_cert, tls_key=tls_key))
-        _serve(settings.model_copy(update=_given(host=host, port=port)))
+        _serve(settings.model_copy(update=_given(host=host, port=port, log_format=log_format)))
 
 
 def _finding(detector: str | None, providers: list[str] | None) -> dict[str, Any]:

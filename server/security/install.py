@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
 
+from snapfit.server.logs.requests import RequestLog
 from snapfit.server.security.access import Access
 from snapfit.server.security.body_limit import BodyLimit
 from snapfit.server.security.first_key import key_file
@@ -52,4 +53,5 @@ def install_security(
             allow_headers=_SENT_BY_PAGES,
             expose_headers=_SEEN_BY_PAGES,
         )
+    app.add_middleware(RequestLog)
     app.add_middleware(SecurityHeaders)
