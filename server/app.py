@@ -16,6 +16,7 @@ from fastapi import FastAPI
 
 from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
+from snapfit.server.fleet.keepers import keeper_for
 from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
 from snapfit.server.routes import pictures, poses, session, stations, system
@@ -40,7 +41,9 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         settings: what is served.
         pipeline: "module:function" that opens source and tracker in the workers.
     """
-    all_stations = Stations(list(settings.all_stations), Clock.started_now(), pipeline)
+    all_stations = Stations(
+        list(settings.all_stations), Clock.started_now(), pipeline, keeper_for(settings.store)
+    )
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

@@ -15,12 +15,15 @@ from pydantic_settings import (
 )
 
 from snapfit.server.errors import SettingsError
+from snapfit.server.fleet.keepers import MEMORY
+from snapfit.server.logs.secrets import without_secrets
 from snapfit.server.logs.setup import LogFormat, LogLevel
 from snapfit.server.security.settings import SecuritySettings
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE
 from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
 _Table = TypeVar("_Table", bound=BaseModel)
+_STORE = r"^(memory|(redis|rediss|valkey|valkeys|unix)://\S+)$"
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 
 
@@ -88,6 +91,12 @@ class Settings(BaseSettings):
         description="Address to listen at; 0.0.0.0 for all of this machine's.",
     )
     port: int = Field(default=8000, ge=1, le=65535, description="Port to listen at.")
+    store: str = Field(
+        default=MEMORY,
+        pattern=_STORE,
+        description="Where workers and API meet: 'memory', this machine's shared memory, or the "
+        "address of a Redis or Valkey, redis://[:PASSWORD@]HOST:PORT/DB, for several machines.",
+    )
     log_format: LogFormat = Field(
         default="text",
         description="How logs are written to standard error: text, or JSON, an object a line.",
@@ -208,7 +217,7 @@ def _problem(detail: Any) -> str:
         return f"{key}: unknown key; there are {', '.join(model.model_fields)}"
     if detail["type"] == "value_error":  # of all settings together
         return f"{key}: {detail['ctx']['error']}"
-    return f"{key}: {detail['msg']}, this is {detail['input']!r}"
+    return f"{key}: {detail['msg']}, this is {without_secrets(repr(detail['input']))}"
 
 
 _TABLES: dict[str, type[BaseModel]] = {

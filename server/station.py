@@ -8,6 +8,7 @@ from http import HTTPStatus
 
 from snapfit.server.answers import Answer, SnapshotAnswers
 from snapfit.server.clock import Clock
+from snapfit.server.fleet.keepers import MakeKeeper, keep_here
 from snapfit.server.logs.setup import chosen_logging
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
@@ -20,7 +21,6 @@ from snapfit.server.schemas import (
     WorkerReport,
 )
 from snapfit.server.settings import StationSettings
-from snapfit.server.supervisor import Supervisor
 from snapfit.server.worker_spec import WorkerSpec
 
 _PICTURE_WAIT_S = 1.0
@@ -32,7 +32,13 @@ _RETRY_AFTER_S = 1
 class Station:
     """Owns the pose store and the supervised worker of one workbench."""
 
-    def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
+    def __init__(
+        self,
+        settings: StationSettings,
+        clock: Clock,
+        pipeline: str,
+        make_keeper: MakeKeeper = keep_here,
+    ) -> None:
         self.name = settings.name
         self._clock = clock
         self._stale_after_s = settings.stale_after_s
@@ -54,7 +60,7 @@ class Station:
             log_format=chosen_logging().format,
             log_level=chosen_logging().level,
         )
-        self._supervisor = Supervisor(spec, self._store)
+        self._supervisor = make_keeper(spec, self._store)
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
 
@@ -153,9 +159,10 @@ class Station:
             report = WorkerReport(
                 boot_id=status.boot_id or "", phase=Phase.STARTING, message=message
             )
+        absent = status.absent
         return WorkerHealth(
-            phase=report.phase,
-            message=report.message,
+            phase=report.phase if absent is None else Phase.FAILED,
+            message=report.message if absent is None else absent,
             progress=report.progress,
             boot_id=status.boot_id,
             pid=status.pid,

@@ -15,6 +15,7 @@ from snapfit.server.cli.key import key_app
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
 from snapfit.server.cli.train import train
+from snapfit.server.cli.worker import worker
 
 app = typer.Typer(
     name="snapfit",
@@ -23,7 +24,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, serve, track, benchmark, train, openapi):
+for command in (demo, serve, worker, track, benchmark, train, openapi):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
 app.add_typer(dataset_app, name="dataset")

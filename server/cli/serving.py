@@ -10,6 +10,8 @@ from rich.console import Console
 
 from snapfit.server.cli.errors import clear_errors
 from snapfit.server.cli.progress import StartProgress, base_url
+from snapfit.server.errors import SettingsError
+from snapfit.server.fleet.keepers import MEMORY
 from snapfit.server.logs.setup import LogFormat
 from snapfit.server.run import run_server
 from snapfit.server.security.first_key import first_key, key_file, show_first_key
@@ -59,6 +61,9 @@ def demo(
     """Track the simulated bench and serve its poses."""
     with clear_errors():
         settings = make_settings("the environment", {})
+        if settings.store != MEMORY:
+            problem = "store: the demo tracks and serves in one: unset SNAPFIT_STORE"
+            raise SettingsError("the environment", [problem])
         station = {"source": DEMO_SOURCE, "asset": asset}
         settings = with_station(settings, {**station, **_finding(detector, provider)})
         settings = with_security(settings, _given(tls_cert=tls_cert, tls_key=tls_key))

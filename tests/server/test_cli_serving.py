@@ -32,7 +32,7 @@ def test_version() -> None:
 def test_help_names_every_command() -> None:
     done = snapfit("--help")
     assert done.returncode == 0
-    for command in ("demo", "serve", "track", "asset", "key", "openapi"):
+    for command in ("demo", "serve", "track", "worker", "asset", "key", "openapi"):
         assert command in done.stdout
 
 

@@ -62,7 +62,7 @@ def test_the_command_line_over_all(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("prot = 1", "prot: unknown key; there are host, port, log_format, "),
+        ("prot = 1", "prot: unknown key; there are host, port, store, "),
         ("[station]\nsorce = 'x'", "station.sorce: unknown key; there are name, source, asset"),
         ("port = 0", "port: Input should be greater than or equal to 1, this is 0"),
         ("port = 'x'", "port: Input should be a valid integer"),
