@@ -16,6 +16,7 @@ import uvicorn
 from snapfit.server.app import create_app
 from snapfit.server.errors import AddressError, PortInUseError
 from snapfit.server.logs.setup import LogChoice, configure_logging
+from snapfit.server.security.protocol import BoundedProtocol
 from snapfit.server.security.tls import check_tls
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
@@ -50,7 +51,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     config = uvicorn.Config(
         app,
         loop="auto",
-        http="httptools",
+        http=BoundedProtocol,
         ws="none",
         access_log=False,
         ssl_certfile=settings.security.tls_cert,

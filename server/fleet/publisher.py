@@ -83,7 +83,8 @@ class Publisher:
         self._link.close()
 
     def _publish(self, client: redis.Redis) -> None:
-        sent = dict.fromkeys(published(self._store), 0)
+        mailboxes = published(self._store)
+        sent = dict.fromkeys(mailboxes, 0)
         renew_at_s = wishes_at_s = 0.0
         while not self._link.stop.is_set():
             now_s = time.monotonic()
@@ -96,8 +97,9 @@ class Publisher:
             if self._holds:
                 if self._keeper.status != self._status:
                     self._send_status(client)
-                for name, mailbox in published(self._store).items():
-                    sent[name] = self._send(client, name, mailbox, sent[name])
+                for name, mailbox in mailboxes.items():
+                    if mailbox.latest != sent[name]:
+                        sent[name] = self._send(client, name, mailbox)
             self._link.stop.wait(_POLL_S)
         if self._holds:
             client.delete(self._keys.lease, self._keys.status)
@@ -124,13 +126,11 @@ class Publisher:
             if wish is not None:
                 self._store.want(kind, WANTED_S)
 
-    def _send(self, client: redis.Redis, name: str, mailbox: Mailbox, sent: int) -> int:
-        """Publish the latest message if it is a new one; its generation."""
-        if mailbox.latest == sent:
-            return sent
+    def _send(self, client: redis.Redis, name: str, mailbox: Mailbox) -> int:
+        """Publish the latest message; its generation."""
         message = mailbox.read()
         if message is None:
-            return sent
+            return 0
         value = pack(message)
         # Pictures are large and few want them: who does fetches them.
         told = value if name not in self._store.pictures else b""
