@@ -64,7 +64,6 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         redoc_url=None,
     )
     app.state.stations = all_stations
-    app.add_middleware(PosesFastLane, stations=all_stations)
     install_problem_handlers(app)
     for router in (stations.router, poses.router, pictures.router, session.router):
         app.include_router(router, prefix="/v1")
@@ -72,6 +71,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     page = page_router()
     app.include_router(page)
     install_security(app, settings.security, settings.host, page_paths(page))
+    app.add_middleware(PosesFastLane, stations=all_stations, access=app.state.access)
     install_openapi(app)
     return app
 

@@ -16,6 +16,7 @@ import uvicorn
 from snapfit.server.app import create_app
 from snapfit.server.errors import AddressError, PortInUseError
 from snapfit.server.logs.setup import LogChoice, configure_logging
+from snapfit.server.security.headers import SECURITY_HEADERS
 from snapfit.server.security.protocol import BoundedProtocol
 from snapfit.server.security.tls import check_tls
 from snapfit.server.settings import Settings
@@ -52,6 +53,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         app,
         loop="auto",
         http=BoundedProtocol,
+        headers=SECURITY_HEADERS,
         ws="none",
         access_log=False,
         ssl_certfile=settings.security.tls_cert,

@@ -16,6 +16,11 @@ _HEADER = b"x-request-id"
 _LOG = logging.getLogger(__name__)
 
 
+def logs_all_requests() -> bool:
+    """Whether every request has a line in the log."""
+    return _LOG.isEnabledFor(logging.DEBUG)
+
+
 class RequestLog:
     """ASGI middleware: ids, one event a request, and bugs told as a problem.
 
@@ -31,7 +36,10 @@ class RequestLog:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        given = next((value for name, value in scope["headers"] if name == _HEADER), None)
+        given = None
+        for name, value in scope["headers"]:
+            if name == _HEADER:
+                given = value
         current = id_for_request(None if given is None else given.decode("latin-1"))
         token = request_id.set(current)
         answer = _Answer(send, current.encode())

@@ -67,6 +67,20 @@ class Access:
             raise role_needed(needed)
         return record
 
+    def knows(self, asking: Asking) -> bool:
+        """Whether a GET passes without further ado; counted if so.
+
+        It does for whoever polls: no page of another origin asks, the host is a local name where
+        no key is needed, and else the key has been right before.
+        """
+        if asking.origin:
+            return False
+        if self.ring is None:
+            return is_local_name(asking.host) and not self._requests.take(f"at {asking.address}")
+        key = asking.bearer
+        record = None if key is None else self.ring.remembered(key)
+        return record is not None and not self._requests.take(f"key {record.id}")
+
     async def owner(self, ring: KeyRing, key: str, address: str) -> KeyRecord | None:
         """Whose key this is; a client that guesses is made to wait.
 

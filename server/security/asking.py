@@ -20,7 +20,7 @@ class Asking:
         address: of the client.
         host: that it asked for, with the port.
         origin: of the web page that asks.
-        authorization, cookie: whole headers.
+        authorization, cookie, if_none_match, request_id: whole headers.
     """
 
     address: str = ""
@@ -28,6 +28,8 @@ class Asking:
     origin: str = ""
     authorization: str = ""
     cookie: str = ""
+    if_none_match: bytes = b""
+    request_id: str = ""
 
     @staticmethod
     def of(scope: Scope) -> Asking:
@@ -41,6 +43,10 @@ class Asking:
                 asking.origin = value.decode("latin-1")
             elif name == b"authorization":
                 asking.authorization = value.decode("latin-1")
+            elif name == b"if-none-match":
+                asking.if_none_match = value
+            elif name == b"x-request-id":
+                asking.request_id = value.decode("latin-1")
             elif name == b"cookie":
                 asking.cookie = f"{asking.cookie};{value.decode('latin-1')}"
         return asking

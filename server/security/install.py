@@ -13,7 +13,6 @@ from snapfit.server.security.body_limit import BodyLimit
 from snapfit.server.security.first_key import key_file
 from snapfit.server.security.guard import Guard
 from snapfit.server.security.head import HeadAsGet
-from snapfit.server.security.headers import SecurityHeaders
 from snapfit.server.security.key_ring import KeyRing
 from snapfit.server.security.settings import SecuritySettings, keys_needed
 
@@ -54,4 +53,3 @@ def install_security(
             expose_headers=_SEEN_BY_PAGES,
         )
     app.add_middleware(RequestLog)
-    app.add_middleware(SecurityHeaders)

@@ -5,9 +5,9 @@ No key stands in it. It is written whole or not at all, and only its owner may r
 
 from __future__ import annotations
 
-import fcntl
 import os
 import secrets
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -114,7 +114,10 @@ def _locked(path: Path) -> Iterator[None]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         with path.with_suffix(".lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+            if sys.platform != "win32":
+                import fcntl  # which Windows has not; there, one command at a time has to do
+
+                fcntl.flock(lock, fcntl.LOCK_EX)
             yield
     except OSError as error:
         problem = f"cannot be written: {error.strerror}; set security.keys_file to another place"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from collections.abc import Iterator
 
@@ -28,6 +29,14 @@ def test_every_answer_carries_the_headers(server: Server, path: str) -> None:
     assert "frame-ancestors 'none'" in policy
     assert "unsafe" not in policy
     assert "server" not in headers
+
+
+def test_what_is_no_http_is_answered_with_the_headers_too(server: Server) -> None:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=5) as client:
+        client.sendall(b"cheese\r\n\r\n")
+        answer = client.recv(65536)
+    assert answer.startswith(b"HTTP/1.1 400 ")
+    assert b"x-content-type-options: nosniff" in answer
 
 
 @pytest.mark.parametrize("path", ["/", "/v1/poses", "/v1/poses/jaw", "/v1/frame.jpg", "/nothing"])
