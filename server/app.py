@@ -16,6 +16,7 @@ from fastapi import Depends, FastAPI
 
 from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
+from snapfit.server.fleet.keepers import keeper_for
 from snapfit.server.gbot_port import GbotPort
 from snapfit.server.metrics import Metrics
 from snapfit.server.openapi import install_openapi
@@ -28,12 +29,14 @@ from snapfit.server.routes import (
     events,
     pictures,
     poses,
+    session,
     stations,
     stream,
     system,
 )
 from snapfit.server.routes.dependencies import named_station
-from snapfit.server.routes.page import page_router
+from snapfit.server.routes.page import page_paths, page_router
+from snapfit.server.security.install import install_security
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
 from snapfit.server.worker_spec import DEFAULT_PIPELINE
@@ -53,7 +56,9 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         settings: what is served.
         pipeline: "module:function" that opens source and tracker in the workers.
     """
-    all_stations = Stations([settings.station], Clock.started_now(), pipeline)
+    all_stations = Stations(
+        list(settings.all_stations), Clock.started_now(), pipeline, keeper_for(settings.store)
+    )
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
@@ -71,16 +76,13 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         description=_DESCRIPTION,
         version=version("snapfit"),
         lifespan=lifespan,
+        docs_url=None,  # FastAPI's page is fetched from the internet; ours is among the files
         redoc_url=None,
     )
     app.state.stations = all_stations
     app.state.metrics = Metrics(all_stations)
-    app.add_middleware(PosesFastLane, stations=all_stations)
-    app.add_middleware(GbotPort, port=settings.gbot_port)
-    # The last one added is the first to see a request.
-    app.add_middleware(RequestClock, clock=all_stations.clock, metrics=app.state.metrics)
     install_problem_handlers(app)
-    for router in (stations.router, assets.router):
+    for router in (stations.router, assets.router, session.router):
         app.include_router(router, prefix="/v1")
     # Of one station: at /v1/stations/NAME/..., and short where there is only one.
     for router in (
@@ -96,7 +98,13 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     for prefix in ("/v1/stations/{station}", "/v1"):
         app.include_router(stream.router, prefix=prefix)
     app.include_router(system.router)
-    app.include_router(page_router())
+    page = page_router()
+    app.include_router(page)
+    install_security(app, settings.security, settings.host, page_paths(page))
+    app.add_middleware(PosesFastLane, stations=all_stations, access=app.state.access)
+    app.add_middleware(GbotPort, port=settings.gbot_port)
+    # The last one added is the first to see a request.
+    app.add_middleware(RequestClock, clock=all_stations.clock, metrics=app.state.metrics)
     install_openapi(app)
     return app
 

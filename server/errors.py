@@ -38,3 +38,15 @@ class StoreError(SnapfitError):
 
 class WorkerRefusedError(SnapfitError):
     """A worker that could not start because of a file or a setting, in the worker's words."""
+
+
+class KeyFileError(SnapfitError):
+    """A file of API keys that cannot be read or written, or a key that it does not have."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+
+
+class TlsError(SnapfitError):
+    """A certificate or private key that cannot be used; names the file."""

@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from snapfit.server.schemas_base import Problem
+from snapfit.server.security.openapi import add_security
 
 _FASTAPI_ERRORS = ("HTTPValidationError", "ValidationError")
 
@@ -40,4 +41,5 @@ def _document(app: FastAPI) -> dict[str, Any]:
     for name in _FASTAPI_ERRORS:
         schemas.pop(name, None)
     schemas["Problem"] = Problem.model_json_schema()
+    add_security(document)
     return document

@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 from snapfit.server.schemas_base import Problem
 
 PROBLEM_TYPE = "application/problem+json"
+_PHRASES = {413: "Content Too Large", 422: "Unprocessable Content"}
 _LOG = logging.getLogger(__name__)
 
 
@@ -125,7 +126,5 @@ def _response(
 
 
 def _title(status: HTTPStatus) -> str:
-    """RFC 9110's phrase; Python before 3.13 has an older one for 422."""
-    if status is HTTPStatus.UNPROCESSABLE_ENTITY:
-        return "Unprocessable Content"
-    return status.phrase
+    """RFC 9110's phrase; Python before 3.13 has older ones for 413 and 422."""
+    return _PHRASES.get(status.value, status.phrase)

@@ -16,6 +16,10 @@ import uvicorn
 
 from snapfit.server.app import create_app
 from snapfit.server.errors import AddressError, PortInUseError
+from snapfit.server.logs.setup import LogChoice, configure_logging
+from snapfit.server.security.headers import SECURITY_HEADERS
+from snapfit.server.security.protocol import BoundedProtocol
+from snapfit.server.security.tls import check_tls
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
 from snapfit.server.worker_spec import DEFAULT_PIPELINE
@@ -40,8 +44,12 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     Raises:
         PortInUseError: another program listens there.
         AddressError: this machine cannot listen there.
+        TlsError: a certificate or its key cannot be used.
+        KeyFileError: the key file cannot be read.
         SnapfitError: raised by the companion.
     """
+    configure_logging(LogChoice(settings.log_format, settings.log_level))
+    check_tls(settings.security)
     ports = [settings.port]
     if settings.gbot_port is not None and settings.gbot_port != settings.port:
         ports.append(settings.gbot_port)
@@ -49,11 +57,15 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     config = uvicorn.Config(
         app,
         loop="auto",
-        http="httptools",
+        http=BoundedProtocol,
+        headers=SECURITY_HEADERS,
         ws="websockets-sansio",
         ws_per_message_deflate=False,  # a snapshot is small, and packing it costs every client
         access_log=False,
+        ssl_certfile=settings.security.tls_cert,
+        ssl_keyfile=settings.security.tls_key,
         server_header=False,
+        log_config=None,  # ours, which is set up already
         log_level="warning",
         timeout_graceful_shutdown=_SHUTDOWN_LIMIT_S,
     )

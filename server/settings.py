@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 from pydantic_settings import (
     BaseSettings,
     NoDecode,
@@ -15,9 +15,15 @@ from pydantic_settings import (
 )
 
 from snapfit.server.errors import SettingsError
+from snapfit.server.fleet.keepers import MEMORY
+from snapfit.server.logs.secrets import without_secrets
+from snapfit.server.logs.setup import LogFormat, LogLevel
+from snapfit.server.security.settings import SecuritySettings
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE
 from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
+_Table = TypeVar("_Table", bound=BaseModel)
+_STORE = r"^(memory|(redis|rediss|valkey|valkeys|unix)://\S+)$"
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 
 
@@ -92,9 +98,48 @@ class Settings(BaseSettings):
         description="A second port that serves /resource alone, for clients made for the GBOT "
         "authors' server; theirs is 1984.",
     )
+    store: str = Field(
+        default=MEMORY,
+        pattern=_STORE,
+        description="Where workers and API meet: 'memory', this machine's shared memory, or the "
+        "address of a Redis or Valkey, redis://[:PASSWORD@]HOST:PORT/DB, for several machines.",
+    )
+    log_format: LogFormat = Field(
+        default="text",
+        description="How logs are written to standard error: text, or JSON, an object a line.",
+    )
+    log_level: LogLevel = Field(
+        default="warning",
+        description="What is logged: info adds requests that change something or are refused, "
+        "debug all requests.",
+    )
     station: StationSettings = Field(
         default_factory=StationSettings, description="The workbench that is served."
     )
+    stations: tuple[StationSettings, ...] = Field(
+        default=(),
+        max_length=32,
+        description="Several workbenches, each a table [[stations]] with the keys of [station], in "
+        "place of it; in the environment a JSON list.",
+    )
+    security: SecuritySettings = Field(
+        default_factory=SecuritySettings, description="Who may ask, how much, and from where."
+    )
+
+    @model_validator(mode="after")
+    def _check_stations(self) -> Settings:
+        names = [station.name for station in self.stations]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"stations have to differ in name: {', '.join(twice)} is there twice")
+        if names and "station" in self.model_fields_set:
+            raise ValueError("station and stations are both set: move station into the list")
+        return self
+
+    @property
+    def all_stations(self) -> tuple[StationSettings, ...]:
+        """Every workbench that is served."""
+        return self.stations or (self.station,)
 
     @classmethod
     def settings_customise_sources(
@@ -143,33 +188,64 @@ def make_settings(origin: Path | str, values: dict[str, Any]) -> Settings:
 
 
 def with_station(settings: Settings, values: dict[str, Any]) -> Settings:
-    """The settings with other values for the station, as the command line gives them.
+    """The settings with other values for every station, as the command line gives them.
 
     Raises:
         SettingsError: a value is refused.
     """
+    if settings.stations:
+        stations = tuple(_with(station, values) for station in settings.stations)
+        return settings.model_copy(update={"stations": stations})
+    return settings.model_copy(update={"station": _with(settings.station, values)})
+
+
+def with_security(settings: Settings, values: dict[str, Any]) -> Settings:
+    """The settings with other values for security, as the command line gives them.
+
+    Raises:
+        SettingsError: a value is refused.
+    """
+    return settings.model_copy(update={"security": _with(settings.security, values)})
+
+
+def _with(table: _Table, values: dict[str, Any]) -> _Table:
     try:
-        station = StationSettings(**{**settings.station.model_dump(), **values})
+        return type(table)(**{**table.model_dump(), **values})
     except ValidationError as error:
         problems = [_problem(detail) for detail in error.errors()]
         raise SettingsError("the command line", problems) from error
-    return settings.model_copy(update={"station": station})
 
 
 def _problem(detail: Any) -> str:
     key = ".".join(str(step) for step in detail["loc"]) or "settings"
     if detail["type"] == "extra_forbidden":
-        model = StationSettings if key.startswith("station.") else Settings
+        table = _TABLES.get(key.partition(".")[0]) if "." in key else None
+        model = Settings if table is None else table
         return f"{key}: unknown key; there are {', '.join(model.model_fields)}"
-    return f"{key}: {detail['msg']}, this is {detail['input']!r}"
+    if detail["type"] == "value_error":  # of all settings together
+        return f"{key}: {detail['ctx']['error']}"
+    return f"{key}: {detail['msg']}, this is {without_secrets(repr(detail['input']))}"
+
+
+_TABLES: dict[str, type[BaseModel]] = {
+    "station": StationSettings,
+    "stations": StationSettings,
+    "security": SecuritySettings,
+}
 
 
 def _count_from(folder: Path, values: dict[str, Any]) -> None:
-    """Make relative folders of the file count from where the file lies."""
-    station = values.get("station")
-    if not isinstance(station, dict):
-        return
-    for key in ("source", "asset"):
-        value = station.get(key)
-        if isinstance(value, str) and (folder / value).is_dir():
-            station[key] = str(folder / value)
+    """Make relative folders and files of the file count from where the file lies."""
+    security = values.get("security")
+    if isinstance(security, dict):
+        for key in ("keys_file", "tls_cert", "tls_key"):
+            if isinstance(value := security.get(key), str):
+                security[key] = str(folder / value)
+    several = values.get("stations")
+    for station in (values.get("station"), *(several if isinstance(several, list) else ())):
+        if not isinstance(station, dict):
+            continue
+        for key in ("source", "asset"):
+            value = station.get(key)
+            if isinstance(value, str) and (folder / value).is_dir():
+                station[key] = str(folder / value)

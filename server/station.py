@@ -14,6 +14,8 @@ from snapfit.server.clock import Clock
 from snapfit.server.command_desk import CommandDesk
 from snapfit.server.event_detector import EventDetector
 from snapfit.server.events import EventKind, EventLog
+from snapfit.server.fleet.keepers import MakeKeeper, keep_here
+from snapfit.server.logs.setup import chosen_logging
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
@@ -27,7 +29,6 @@ from snapfit.server.schemas import (
 from snapfit.server.settings import StationSettings
 from snapfit.server.state_clock import StateClock
 from snapfit.server.steps import StationSteps, no_assembly
-from snapfit.server.supervisor import Supervisor
 from snapfit.server.view import PLAIN, View
 from snapfit.server.watch import Moment, Watch
 from snapfit.server.worker_spec import WorkerSpec
@@ -59,7 +60,13 @@ class Station:
         state_clock: how long each assembly state has held.
     """
 
-    def __init__(self, settings: StationSettings, clock: Clock, pipeline: str) -> None:
+    def __init__(
+        self,
+        settings: StationSettings,
+        clock: Clock,
+        pipeline: str,
+        make_keeper: MakeKeeper = keep_here,
+    ) -> None:
         self.name = settings.name
         self._clock = clock
         self._stale_after_s = settings.stale_after_s
@@ -78,8 +85,10 @@ class Station:
             poses_segment=names.poses,
             pictures_segment=names.pictures,
             pipeline=pipeline,
+            log_format=chosen_logging().format,
+            log_level=chosen_logging().level,
         )
-        self._supervisor = Supervisor(spec, self._store)
+        self._supervisor = make_keeper(spec, self._store)
         self.commands = CommandDesk(
             self.name, self._store, lambda: self._supervisor.status.pid is not None
         )
@@ -233,9 +242,10 @@ class Station:
             report = WorkerReport(
                 boot_id=status.boot_id or "", phase=Phase.STARTING, message=message
             )
+        absent = status.absent
         return WorkerHealth(
-            phase=report.phase,
-            message=report.message,
+            phase=report.phase if absent is None else Phase.FAILED,
+            message=report.message if absent is None else absent,
             progress=report.progress,
             boot_id=status.boot_id,
             pid=status.pid,

@@ -10,6 +10,7 @@ from http import HTTPStatus
 
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
+from snapfit.server.fleet.keepers import MakeKeeper, keep_here
 from snapfit.server.problems import ProblemError
 from snapfit.server.settings import StationSettings
 from snapfit.server.station import Station
@@ -22,18 +23,26 @@ class Stations:
         settings: one for each station.
         clock: the server's time line.
         pipeline: "module:function" that opens source and tracker in the workers.
+        make_keeper: makes who keeps the workers running.
     """
 
-    def __init__(self, settings: list[StationSettings], clock: Clock, pipeline: str) -> None:
+    def __init__(
+        self,
+        settings: list[StationSettings],
+        clock: Clock,
+        pipeline: str,
+        make_keeper: MakeKeeper = keep_here,
+    ) -> None:
         self.clock = clock
         self._settings = settings
         self._pipeline = pipeline
+        self._make_keeper = make_keeper
         self._stations: dict[str, Station] = {}
 
     def open(self) -> None:
         """Make the stores and start the workers."""
         for settings in self._settings:
-            station = Station(settings, self.clock, self._pipeline)
+            station = Station(settings, self.clock, self._pipeline, self._make_keeper)
             self._stations[settings.name] = station
             station.start()
 
@@ -121,7 +130,7 @@ class Stations:
             HTTPStatus.NOT_FOUND,
             "which-station",
             f"This server has several stations: ask for /v1/stations/NAME/..., NAME one of "
-            f"{', '.join(names)}.",
+            f"{', '.join(names)}; /v1/stations tells of all.",
             stations=names,
         )
 

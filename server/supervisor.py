@@ -55,6 +55,7 @@ class SupervisorStatus:
         restarts: how often it was started again.
         last_exit: how it ended the last time.
         refused: a file or a setting is wrong: it is not started again.
+        absent: why nothing is known of it now; None where it is watched.
     """
 
     boot_id: str | None = None
@@ -62,6 +63,7 @@ class SupervisorStatus:
     restarts: int = 0
     last_exit: str | None = None
     refused: bool = False
+    absent: str | None = None
 
 
 class Supervisor:

@@ -15,6 +15,7 @@ import time
 
 from snapfit.models.errors import SnapfitError
 from snapfit.server.clock import Clock
+from snapfit.server.logs.setup import LogChoice, configure_logging
 from snapfit.server.pose_store import PoseStore, StoreNames
 from snapfit.server.reporter import Reporter
 from snapfit.server.schemas import Phase
@@ -28,11 +29,11 @@ _LOG = logging.getLogger(__name__)
 
 def main() -> int:
     """Run until standard input closes; the exit code."""
-    logging.basicConfig(
-        level=logging.WARNING, format="%(asctime)s %(levelname)s %(message)s", stream=sys.stderr
-    )
+    configure_logging(LogChoice())  # until the server tells how
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     spec = WorkerSpec.model_validate_json(_read_line())
+    choice = LogChoice(spec.log_format, spec.log_level)
+    configure_logging(choice, station=spec.station, boot_id=spec.boot_id)
     stop = threading.Event()
     threading.Thread(target=_wait_for_end, args=(stop,), daemon=True).start()
     store = PoseStore.attach(StoreNames(spec.poses_segment, spec.pictures_segment))

@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
+from snapfit.server.logs.setup import LogFormat, LogLevel
 from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
 DEFAULT_PIPELINE = "snapfit.server.open_pipeline:open_pipeline"
@@ -34,6 +35,7 @@ class WorkerSpec(BaseModel):
         wall_minus_monotonic_ns: the server's time line, see `snapfit.server.clock`.
         poses_segment, pictures_segment: names of the pose store.
         pipeline: "module:function" that opens source and tracker, see `snapfit.server.pipeline`.
+        log_format, log_level: as the server logs.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -49,3 +51,5 @@ class WorkerSpec(BaseModel):
     poses_segment: str
     pictures_segment: str
     pipeline: str = DEFAULT_PIPELINE
+    log_format: LogFormat = "text"
+    log_level: LogLevel = "warning"

@@ -14,10 +14,12 @@ import typer
 
 from snapfit.models.cache import CACHE_VARIABLE
 from snapfit.server.cli.main import app
+from snapfit.server.security.settings import SecuritySettings
 from snapfit.server.settings import Settings
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+KEYS_FILE = "SNAPFIT_SECURITY__KEYS_FILE"
 OPENAPI = json.loads((ROOT / "openapi" / "openapi.json").read_text(encoding="utf-8"))
 
 
@@ -123,8 +125,10 @@ def test_the_user_is_not_root_and_may_write_the_cache() -> None:
 
 def test_the_settings_of_the_image_are_settings() -> None:
     variables = {f"SNAPFIT_{name.upper()}" for name in Settings.model_fields}
+    variables |= {f"SNAPFIT_SECURITY__{name.upper()}" for name in SecuritySettings.model_fields}
     own = {name for name in environment() if name.startswith("SNAPFIT_")}
-    assert own - {CACHE_VARIABLE} == {"SNAPFIT_HOST", "SNAPFIT_PORT"} <= variables
+    assert own - {CACHE_VARIABLE} == {"SNAPFIT_HOST", "SNAPFIT_PORT", KEYS_FILE} <= variables
+    assert Path(environment()[KEYS_FILE]).parent == Path(environment()[CACHE_VARIABLE])
     assert last_stage("EXPOSE") == [environment()["SNAPFIT_PORT"]]
 
 

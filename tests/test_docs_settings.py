@@ -18,7 +18,16 @@ from snapfit.server.settings import Settings, load_settings
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "settings.md").read_text(encoding="utf-8")
-UNITS = {"_s": "s", "_ms": "ms", "_m": "m", "_deg": "deg", "_hz": "Hz", "_px": "px"}
+UNITS = {
+    "_per_s": "1/s",
+    "_bytes": "bytes",
+    "_s": "s",
+    "_ms": "ms",
+    "_m": "m",
+    "_deg": "deg",
+    "_hz": "Hz",
+    "_px": "px",
+}
 
 
 def fields(model: type[BaseModel], prefix: str = "") -> dict[str, FieldInfo]:
@@ -47,7 +56,8 @@ def bounds(field: FieldInfo) -> str:
     if "pattern" in limits:
         told.append(f"`{limits['pattern']}`")
     if "max_length" in limits:
-        told.append(f"at most {limits['max_length']} characters")
+        what = "tables" if get_origin(field.annotation) is tuple else "characters"
+        told.append(f"at most {limits['max_length']} {what}")
     elif "min_length" in limits:
         told.append("not empty")
     return ", ".join(told) or "-"

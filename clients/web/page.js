@@ -9,11 +9,15 @@ const TIMEOUT_MS = 4000;
 const $ = (id) => document.getElementById(id);
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-const shown = { picture: "overlay", reachable: true, station: null, poses: null, problem: null };
+// Which bench, where the server has several: ?station=NAME, else the first.
+const wished = new URLSearchParams(location.search).get("station");
+
+const shown = { picture: "overlay", reachable: true, station: null, poses: null, problem: null, base: "v1" };
 const arrivals = [];
 
 async function ask(path) {
   const answer = await fetch(path, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" });
+  $("key-form").hidden = answer.status !== 401;
   return { ok: answer.ok, body: await answer.json() };
 }
 
@@ -26,7 +30,7 @@ async function repeat(periodMs, action) {
 
 async function pollPoses() {
   try {
-    const { ok, body } = await ask("v1/poses");
+    const { ok, body } = await ask(`${shown.base}/poses`);
     shown.reachable = true;
     shown.problem = ok ? null : body;
     if (ok) {
@@ -45,16 +49,29 @@ async function pollPoses() {
 async function pollStation() {
   try {
     const { ok, body } = await ask("v1/stations");
-    if (ok) shown.station = body.stations[0];
+    if (ok) chooseStation(body.stations);
     return ok;
   } catch {
     return false;
   }
 }
 
+function chooseStation(stations) {
+  shown.station = stations.find((one) => one.station === wished) ?? stations[0];
+  if (stations.length === 1) return;
+  shown.base = `v1/stations/${encodeURIComponent(shown.station.station)}`;
+  const links = stations.map(({ station }) => {
+    const link = document.createElement("a");
+    link.href = `?station=${encodeURIComponent(station)}`;
+    link.textContent = station;
+    return link;
+  });
+  $("stations").replaceChildren(...links);
+}
+
 async function pollPicture() {
   try {
-    const answer = await fetch(`v1/${shown.picture}.jpg`, {
+    const answer = await fetch(`${shown.base}/${shown.picture}.jpg`, {
       signal: AbortSignal.timeout(TIMEOUT_MS),
       cache: "no-store",
     });

@@ -11,9 +11,11 @@ from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.benchmark import benchmark
 from snapfit.server.cli.dataset import dataset_app
 from snapfit.server.cli.document import openapi
+from snapfit.server.cli.key import key_app
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
 from snapfit.server.cli.train import train
+from snapfit.server.cli.worker import worker
 
 app = typer.Typer(
     name="snapfit",
@@ -22,10 +24,11 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, serve, track, benchmark, train, openapi):
+for command in (demo, serve, worker, track, benchmark, train, openapi):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
 app.add_typer(dataset_app, name="dataset")
+app.add_typer(key_app, name="key")
 
 
 def _show_version(value: bool) -> None:

@@ -8,6 +8,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from snapfit.server.errors import WorkerRefusedError
+from snapfit.server.security.first_key import reachable_host
+from snapfit.server.security.tls import uses_tls
 from snapfit.server.settings import Settings
 from snapfit.server.station import Station
 from snapfit.server.stations import Stations
@@ -29,7 +31,9 @@ class StartProgress:
         Raises:
             WorkerRefusedError: a worker was refused by a file or a setting.
         """
-        self._console.print(f"[dim]starting; {self._address()} shows the progress too[/dim]")
+        self._console.print(
+            f"[dim]starting; {base_url(self._settings)} shows the progress too[/dim]"
+        )
         while not list(stations):
             await asyncio.sleep(_PERIOD_S)
         for station in stations:
@@ -60,14 +64,17 @@ class StartProgress:
                 await asyncio.sleep(_PERIOD_S)
 
     def _announce(self) -> None:
-        address = self._address()
+        address = base_url(self._settings)
         self._console.print(f"[bold green]tracking[/bold green]  {address}")
         self._console.print(f"  page   {address}/", highlight=False)
         self._console.print(f"  poses  curl {address}/v1/poses", highlight=False)
         self._console.print("  Ctrl-C ends it.", highlight=False)
 
-    def _address(self) -> str:
-        host = self._settings.host
-        if host in _ANY_HOST:
-            host = "127.0.0.1"
-        return f"http://{f'[{host}]' if ':' in host else host}:{self._settings.port}"
+
+def base_url(settings: Settings, *, outside: bool = False) -> str:
+    """Where the server can be asked: from this machine, or from `outside` of it."""
+    host = settings.host
+    if host in _ANY_HOST:
+        host = reachable_host(host) if outside else "127.0.0.1"
+    scheme = "https" if uses_tls(settings.security) else "http"
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{settings.port}"

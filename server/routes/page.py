@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 
 from fastapi import APIRouter, Response
+from fastapi.routing import APIRoute
 
 _TYPES = {
     ".html": "text/html",
@@ -12,11 +13,8 @@ _TYPES = {
     ".css": "text/css",
     ".svg": "image/svg+xml",
 }
-_HEADERS = {
-    "Cache-Control": "no-cache",
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:",
-    "X-Content-Type-Options": "nosniff",
-}
+_PATHS = {"index.html": "/", "docs.html": "/docs"}
+_HEADERS = {"Cache-Control": "no-cache"}
 
 
 def page_router() -> APIRouter:
@@ -26,9 +24,14 @@ def page_router() -> APIRouter:
         suffix = "." + file.name.rpartition(".")[2]
         if suffix not in _TYPES:
             continue
-        path = "/" if file.name == "index.html" else f"/{file.name}"
+        path = _PATHS.get(file.name, f"/{file.name}")
         router.add_api_route(path, _Asset(file.read_bytes(), _TYPES[suffix]).get)
     return router
+
+
+def page_paths(router: APIRouter) -> list[str]:
+    """The paths of these files."""
+    return [route.path for route in router.routes if isinstance(route, APIRoute)]
 
 
 class _Asset:

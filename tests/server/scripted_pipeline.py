@@ -1,7 +1,7 @@
 """A small source and tracker for tests of the server: parts that move as written here.
 
 Workers get it by its dotted name; the environment tells what goes wrong:
-SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-start
+SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-start | clock-back
 and what else is to happen:
     assembles (other states by itself, every third of a second; then the cap is found and lost too)
     loose (no asset)
@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from scripted_assembly import STATES, STEPS, ScriptedJudge
+from wall_clock import step_back
 
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import AZURE_KINECT_720P, PinholeCamera, RgbdCamera
@@ -69,6 +70,8 @@ class ScriptedSource:
             raise RuntimeError("a bug in a source")
         if self._fault == "hang" and self._number > END_AFTER_FRAMES:
             time.sleep(60)
+        if self._fault == "clock-back" and self._number == END_AFTER_FRAMES:
+            step_back()
         if self._fault == "bad-frames" and self._number % 3 == 0:
             raise FrameError(f"{self._number:06d}", "the depth image is missing")
         color = np.full((180, 320, 3), self._number % 256, dtype=np.uint8)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 
 from rich.console import Console
+from wall_clock import step_back
 
 from snapfit.models.errors import SnapfitError
 from snapfit.server.cli.progress import StartProgress
 from snapfit.server.run import run_server
 from snapfit.server.settings import make_settings
 
+STEP_AFTER_S = 2.0
+
 
 def main() -> int:
+    if os.environ.get("SCRIPTED_FAULT") == "clock-back":
+        threading.Timer(STEP_AFTER_S, step_back).start()
     ports = {"port": int(sys.argv[1])}
     if len(sys.argv) > 2:
         ports["gbot_port"] = int(sys.argv[2])

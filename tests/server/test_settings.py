@@ -62,7 +62,7 @@ def test_the_command_line_over_all(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("prot = 1", "prot: unknown key; there are host, port, gbot_port, station"),
+        ("prot = 1", "prot: unknown key; there are host, port, gbot_port, "),
         ("[station]\nsorce = 'x'", "station.sorce: unknown key; there are name, source, asset"),
         ("port = 0", "port: Input should be greater than or equal to 1, this is 0"),
         ("port = 'x'", "port: Input should be a valid integer"),
@@ -72,6 +72,11 @@ def test_the_command_line_over_all(tmp_path: Path) -> None:
         ("[station]\ndetector = 'magic'", "station.detector: Input should be 'auto', 'none'"),
         ("[station]\nproviders = ['abacus']", "station.providers.0: Input should be 'cpu', 'cuda'"),
         ("port = ", "is no TOML"),
+        ("[[stations]]\nsorce = 'x'", "stations.0.sorce: unknown key; there are name, source"),
+        ("[[stations]]\n[[stations]]\nname = ''", "stations.1.name: String should match"),
+        ("[[stations]]\n[[stations]]", "settings: stations have to differ in name: bench-1 is"),
+        ("[station]\n[[stations]]", "settings: station and stations are both set"),
+        ("stations = 3", "stations: Input should be a valid tuple"),
     ],
 )
 def test_what_is_refused_names_file_and_key(tmp_path: Path, text: str, problem: str) -> None:
@@ -96,6 +101,18 @@ def test_a_missing_or_unreadable_file_is_a_clear_error(tmp_path: Path) -> None:
     path.write_bytes(b'host = "\xff"')
     with pytest.raises(SettingsError, match="cannot be read"):
         load_settings(path)
+
+
+def test_several_stations_stand_in_a_list(tmp_path: Path) -> None:
+    (tmp_path / "left").mkdir()
+    text = '[[stations]]\nname = "a"\nsource = "left"\n[[stations]]\nname = "b"\n'
+    settings = load_settings(written(tmp_path, text))
+    assert [station.name for station in settings.all_stations] == ["a", "b"]
+    assert settings.stations[0].source == str(tmp_path / "left")
+    told = with_station(settings, {"detector": "none"}).all_stations
+    assert [station.detector for station in told] == ["none", "none"]
+    (only,) = load_settings(written(tmp_path, '[station]\nname = "c"\n')).all_stations
+    assert only.name == "c"
 
 
 @pytest.mark.parametrize("model", [Settings, StationSettings])

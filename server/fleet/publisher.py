@@ -1,0 +1,150 @@
+"""Publishes a station from the machine that its worker runs on."""
+
+from __future__ import annotations
+
+import logging
+import os
+import secrets
+import socket
+import time
+from typing import Any
+
+import redis
+
+from snapfit.server.clock import Clock
+from snapfit.server.fleet.keeper import Keeper
+from snapfit.server.fleet.keys import (
+    KEPT_S,
+    LEASE_S,
+    STATUS,
+    WANTED_S,
+    StationKeys,
+    ToldStatus,
+    pack,
+    published,
+)
+from snapfit.server.fleet.link import Link
+from snapfit.server.mailbox import Mailbox
+from snapfit.server.pose_store import Picture, PoseStore
+from snapfit.server.supervisor import SupervisorStatus
+from snapfit.server.worker_spec import WorkerSpec
+
+_POLL_S = 0.004  # far below a frame's time
+_WISHES_S = 0.05
+_RENEW_S = 1.0
+_LEASE_MS = round(LEASE_S * 1000)
+# Take the lease if it is nobody's, renew it if it is ours.
+_HOLD = """
+local holder = redis.call('GET', KEYS[1])
+if holder and holder ~= ARGV[1] then return holder end
+redis.call('SET', KEYS[1], ARGV[1], 'PX', ARGV[2])
+return ARGV[1]
+"""
+_LOG = logging.getLogger(__name__)
+
+
+class Publisher:
+    """A keeper that also tells Redis how its worker does and what it says.
+
+    Only who holds the station's lease publishes. A second machine with the same station waits
+    for the lease to run out, and then takes over.
+
+    Args:
+        url: of Redis or Valkey.
+        spec: of the worker.
+        store: of this machine, that the worker writes to.
+        keeper: of the worker.
+    """
+
+    def __init__(self, url: str, spec: WorkerSpec, store: PoseStore, keeper: Keeper) -> None:
+        self._keys = StationKeys(spec.station)
+        self._clock = Clock(spec.wall_minus_monotonic_ns)
+        self._store = store
+        self._keeper = keeper
+        self._me = f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
+        self._holds = False
+        self._status = keeper.status
+        self._told_of = ""
+        self._link = Link(url, f"publish-{spec.station}", self._publish)
+
+    @property
+    def status(self) -> SupervisorStatus:
+        """How the worker does."""
+        return self._keeper.status
+
+    def start(self) -> None:
+        """Start the worker, and to publish."""
+        self._keeper.start()
+        self._link.start()
+
+    def close(self) -> None:
+        """End both; the station is given up at once."""
+        self._keeper.close()
+        self._link.close()
+
+    def _publish(self, client: redis.Redis) -> None:
+        mailboxes = published(self._store)
+        sent = dict.fromkeys(mailboxes, 0)
+        renew_at_s = wishes_at_s = 0.0
+        while not self._link.stop.is_set():
+            now_s = time.monotonic()
+            if now_s >= renew_at_s:
+                renew_at_s = now_s + _RENEW_S
+                self._holds = self._renew(client)
+            if now_s >= wishes_at_s:
+                wishes_at_s = now_s + _WISHES_S
+                self._take_wishes(client)
+            if self._holds:
+                if self._keeper.status != self._status:
+                    self._send_status(client)
+                for name, mailbox in mailboxes.items():
+                    if mailbox.latest != sent[name]:
+                        sent[name] = self._send(client, name, mailbox)
+            self._link.stop.wait(_POLL_S)
+        if self._holds:
+            client.delete(self._keys.lease, self._keys.status)
+
+    def _renew(self, client: redis.Redis) -> bool:
+        holder = client.eval(_HOLD, 1, self._keys.lease, self._me, str(_LEASE_MS))
+        name = holder.decode() if isinstance(holder, bytes) else str(holder)
+        if name != self._me:
+            if name != self._told_of:
+                _LOG.error(
+                    "station %s is published by %s already: waiting until it ends",
+                    self._keys.station,
+                    name.rpartition(":")[0],
+                )
+            self._told_of = name
+            return False
+        self._told_of = ""
+        self._send_status(client)
+        return True
+
+    def _take_wishes(self, client: redis.Redis) -> None:
+        wishes: Any = client.mget([self._keys.want(kind) for kind in Picture])
+        for kind, wish in zip(Picture, wishes, strict=True):
+            if wish is not None:
+                self._store.want(kind, WANTED_S)
+
+    def _send(self, client: redis.Redis, name: str, mailbox: Mailbox) -> int:
+        """Publish the latest message; its generation."""
+        message = mailbox.read()
+        if message is None:
+            return 0
+        value = pack(message)
+        # Pictures are large and few want them: who does fetches them.
+        told = value if name not in self._store.pictures else b""
+        pipeline = client.pipeline(transaction=False)
+        pipeline.set(self._keys.message(name), value, ex=KEPT_S)
+        pipeline.publish(self._keys.channel, name.encode() + b"\n" + told)
+        pipeline.execute()
+        return message.generation
+
+    def _send_status(self, client: redis.Redis) -> None:
+        """How the worker does, which replicas have to know as soon as its poses."""
+        self._status = self._keeper.status
+        value = ToldStatus(self._status, self._clock.now_us()).dump()
+        pipeline = client.pipeline(transaction=False)
+        pipeline.set(self._keys.status, value, px=_LEASE_MS)
+        pipeline.publish(self._keys.channel, STATUS.encode() + b"\n" + value)
+        pipeline.execute()

@@ -1,0 +1,1 @@
+"""Logs: structured, one line an event, without secrets; the same in the API and in workers."""

@@ -1,0 +1,99 @@
+"""A redis-server of our own, worker machines and replicas for tests of several machines."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from harness import HERE, Server, free_port, wait_for, with_tests
+
+REDIS = shutil.which("redis-server") or shutil.which("valkey-server")
+needs_redis = pytest.mark.skipif(REDIS is None, reason="there is no redis-server to test with")
+
+
+class Redis:
+    """A redis-server on loopback that can be stopped, hung and started again; keeps nothing."""
+
+    def __init__(self) -> None:
+        self.port = free_port()
+        self.url = f"redis://127.0.0.1:{self.port}/0"
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        assert REDIS is not None
+        options = ("--bind", "127.0.0.1", "--save", "", "--appendonly", "no")
+        self.process = subprocess.Popen(
+            [REDIS, "--port", str(self.port), *options], stdout=subprocess.DEVNULL
+        )
+
+    def stop(self) -> None:
+        if self.process is not None:
+            self.process.send_signal(signal.SIGCONT)
+            self.process.terminate()
+            self.process.wait(5)
+            self.process = None
+
+    def signal(self, number: int) -> None:
+        assert self.process is not None
+        self.process.send_signal(number)
+
+
+@contextmanager
+def redis_server() -> Iterator[Redis]:
+    it = Redis()
+    it.start()
+    try:
+        yield it
+    finally:
+        it.stop()
+
+
+class WorkerMachine:
+    """`snapfit worker` with the scripted pipeline."""
+
+    def __init__(self, folder: Path, url: str) -> None:
+        config = folder / "worker.toml"
+        config.write_text(f'store = "{url}"\n')
+        self.process = subprocess.Popen(
+            [sys.executable, str(HERE / "work_scripted.py"), str(config)],
+            env={**os.environ, "PYTHONPATH": with_tests()},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def end(self, number: int = signal.SIGTERM) -> tuple[int, str, str]:
+        """Exit code, standard output, standard error."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        out, err = self.process.communicate(timeout=15)
+        return self.process.returncode, out, err
+
+
+@contextmanager
+def working(folder: Path, url: str) -> Iterator[WorkerMachine]:
+    machine = WorkerMachine(folder, url)
+    try:
+        yield machine
+    finally:
+        machine.end()
+
+
+@contextmanager
+def replica(url: str) -> Iterator[Server]:
+    """An API without workers of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SNAPFIT_STORE", url)
+        server = Server()
+    try:
+        wait_for(server.answers)
+        yield server
+    finally:
+        server.end()

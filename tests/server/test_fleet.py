@@ -1,0 +1,196 @@
+"""Several machines: one works, others serve, and Redis between them comes and goes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fleet import Redis, WorkerMachine, needs_redis, redis_server, replica, working
+from harness import Server, is_alive, segments, wait_for
+from scripted_pipeline import PART_NAMES
+
+from snapfit.server.schemas import PoseSnapshot
+
+pytestmark = needs_redis
+
+
+@pytest.fixture(scope="module")
+def redis() -> Iterator[Redis]:
+    with redis_server() as it:
+        yield it
+
+
+def is_fresh(server: Server) -> bool:
+    answer = server.get("/v1/poses")
+    return answer.status_code == 200 and not answer.json()["stale"]
+
+
+def info(server: Server) -> dict[str, Any]:
+    found: dict[str, Any] = server.get("/v1/stations/bench-1").json()
+    return found
+
+
+def test_two_replicas_serve_what_one_machine_tracks(redis: Redis, tmp_path: Path) -> None:
+    with replica(redis.url) as one, replica(redis.url) as two:
+        assert one.get("/v1/poses").status_code == 503
+        assert "no worker has the lease" in info(one)["worker"]["message"]
+        with working(tmp_path, redis.url):
+            for server in (one, two):
+                wait_for(lambda server=server: is_fresh(server))
+                snapshot = PoseSnapshot.model_validate_json(server.get("/v1/poses").content)
+                assert [part.part for part in snapshot.parts] == list(PART_NAMES)
+                assert snapshot.age_us < 200_000
+                assert server.get("/readyz").status_code == 200
+                picture = server.get("/v1/overlay.jpg")
+                assert picture.status_code == 200
+                assert picture.content.startswith(b"\xff\xd8")
+                worker = wait_for(lambda server=server: info(server)["facts"] and info(server))
+                assert worker["worker"]["phase"] == "running"
+            first, second = (server.get("/v1/poses").json() for server in (one, two))
+            assert first["boot_id"] == second["boot_id"]
+            assert abs(first["seq"] - second["seq"]) < 10
+
+
+def test_a_worker_that_ends_gives_its_station_up_at_once(redis: Redis, tmp_path: Path) -> None:
+    with replica(redis.url) as server:
+        with working(tmp_path, redis.url) as machine:
+            wait_for(lambda: is_fresh(server))
+            before = segments()
+            assert machine.end()[0] == 0
+        assert len(segments()) == len(before) - 2
+        wait_for(lambda: not is_fresh(server), 1)
+        wait_for(lambda: info(server)["worker"]["pid"] is None, 1)
+        assert info(server)["worker"]["phase"] == "failed"
+        assert server.get("/readyz").status_code == 503
+        assert server.get("/v1/poses").json()["parts"][0]["position"] is not None
+
+
+def test_a_machine_that_is_gone_loses_its_lease(redis: Redis, tmp_path: Path) -> None:
+    with replica(redis.url) as server, working(tmp_path, redis.url) as machine:
+        wait_for(lambda: is_fresh(server))
+        worker = info(server)["worker"]["pid"]
+        machine.end(signal.SIGKILL)
+        wait_for(lambda: "no worker has the lease" in info(server)["worker"]["message"], 5)
+        assert info(server)["stale"]
+        wait_for(lambda: not is_alive(worker), 5)
+        with working(tmp_path, redis.url):
+            wait_for(lambda: is_fresh(server))
+
+
+def test_a_worker_that_dies_is_told_of_at_once(redis: Redis, tmp_path: Path) -> None:
+    with replica(redis.url) as server, working(tmp_path, redis.url):
+        wait_for(lambda: is_fresh(server))
+        before = server.get("/v1/poses").json()["boot_id"]
+        os.kill(info(server)["worker"]["pid"], signal.SIGKILL)
+        wait_for(lambda: not is_fresh(server), 1)
+        wait_for(lambda: is_fresh(server), 5)
+        assert server.get("/v1/poses").json()["boot_id"] != before
+        worker = wait_for(lambda: (it := info(server)["worker"])["restarts"] == 1 and it)
+        assert worker["last_exit"] == "was killed by SIGKILL"
+
+
+def test_a_second_machine_waits_and_takes_over(redis: Redis, tmp_path: Path) -> None:
+    (tmp_path / "second").mkdir()
+    with replica(redis.url) as server, working(tmp_path, redis.url) as first:
+        wait_for(lambda: is_fresh(server))
+        boot_id = server.get("/v1/poses").json()["boot_id"]
+        with working(tmp_path / "second", redis.url) as second:
+            time.sleep(3)
+            assert server.get("/v1/poses").json()["boot_id"] == boot_id
+            first.end(signal.SIGKILL)
+            wait_for(lambda: server.get("/v1/poses").json()["boot_id"] != boot_id, 6)
+            wait_for(lambda: is_fresh(server), 6)
+            _, _, err = second.end()
+        assert "station bench-1 is published by" in err
+        assert "Traceback" not in err
+
+
+def statuses_while(server: Server, seconds: float) -> dict[str, set[Any]]:
+    """What is answered during some seconds: statuses by path, and whether poses are stale."""
+    seen: dict[str, set[Any]] = {"stale": set()}
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        for path in ("/v1/poses", "/v1/poses/jaw", "/v1/stations", "/healthz", "/readyz"):
+            answer = server.get(path)
+            seen.setdefault(path, set()).add(answer.status_code)
+            if path == "/v1/poses":
+                seen["stale"].add(answer.json()["stale"])
+        time.sleep(0.02)
+    return seen
+
+
+def assert_only_known_values(seen: dict[str, set[Any]]) -> None:
+    for path in ("/v1/poses", "/v1/poses/jaw", "/v1/stations", "/healthz"):
+        assert seen[path] == {200}, path
+
+
+@pytest.mark.parametrize("how", ["stopped", "hung"])
+def test_the_api_outlives_ten_seconds_without_redis(how: str, tmp_path: Path) -> None:
+    with redis_server() as redis, working(tmp_path, redis.url) as machine:
+        with replica(redis.url) as server:
+            wait_for(lambda: is_fresh(server))
+            worker = info(server)["worker"]
+            if how == "stopped":
+                redis.stop()
+            else:
+                redis.signal(signal.SIGSTOP)
+            seen = statuses_while(server, 10)
+            assert_only_known_values(seen)
+            assert server.get("/v1/poses").json()["stale"]
+            assert server.get("/readyz").status_code == 503
+            assert "does not answer" in info(server)["worker"]["message"]
+            if how == "stopped":
+                redis.start()
+            else:
+                redis.signal(signal.SIGCONT)
+            back_at_s = time.monotonic()
+            assert_only_known_values(statuses_while(server, 1))
+            wait_for(lambda: is_fresh(server), 6)
+            assert time.monotonic() - back_at_s < 6
+            after = info(server)["worker"]
+            # The worker went on all the while.
+            assert (after["pid"], after["restarts"]) == (worker["pid"], worker["restarts"])
+            wait_for(lambda: server.get("/readyz").status_code == 200, 3)
+            _, _, err = server.end()
+        assert "Traceback" not in err
+        assert err.count("trying again") <= 2
+        code, _, err = machine.end()
+    assert code == 0
+    assert "Traceback" not in err
+    assert err.count("trying again") <= 2
+
+
+def test_a_replica_may_start_before_redis(tmp_path: Path) -> None:
+    redis = Redis()
+    try:
+        with replica(redis.url) as server:
+            assert server.get("/v1/poses").status_code == 503
+            assert "does not answer" in info(server)["worker"]["message"]
+            redis.start()
+            with working(tmp_path, redis.url):
+                wait_for(lambda: is_fresh(server))
+    finally:
+        redis.stop()
+
+
+def test_a_replica_ends_at_once(redis: Redis) -> None:
+    with replica(redis.url) as server:
+        begin_s = time.monotonic()
+        code, _, err = server.end()
+        assert (code, err) == (0, "")
+        assert time.monotonic() - begin_s < 3
+        assert segments() <= server.segments_before
+
+
+def test_a_worker_that_is_refused_ends_with_its_words(
+    redis: Redis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SCRIPTED_FAULT", "refused")
+    code, _, err = WorkerMachine(tmp_path, redis.url).end(0)
+    assert code == 1
+    assert "refused: station bench-1: demo: no such folder" in err
