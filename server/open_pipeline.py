@@ -11,13 +11,14 @@ import numpy as np
 from snapfit.models.asset import Asset, Part, find_asset
 from snapfit.server.find_parts import detector_for, with_finding
 from snapfit.server.pipeline import Image, Pipeline, Report
+from snapfit.server.record_station import with_recording
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE, WorkerSpec
 from snapfit.tracking.errors import SourceError
 from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+from snapfit.tracking.sources import open_source
 from snapfit.tracking.sources.base import Source
-from snapfit.tracking.sources.recorded import RecordedSource, load_recording
 
 
 def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
@@ -31,7 +32,7 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
     asset = None if spec.asset is None else find_asset(spec.asset)
     folder = _demo(asset, report) if spec.source == DEMO_SOURCE else Path(spec.source)
     report("opening the source", None)
-    source = RecordedSource(load_recording(folder, asset), loop="pingpong")
+    source = open_source(folder, asset, loop="pingpong")
     try:
         return _tracking(source, spec, report)
     except BaseException:
@@ -65,7 +66,9 @@ def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
 
     _draw_once(source)
     pipeline = Pipeline(source, tracker, draw, method)
-    return with_finding(pipeline, spec, detector.result(), report)
+    if spec.record is None:
+        return with_finding(pipeline, spec, detector.result(), report)
+    return with_recording(pipeline, spec, detector.result(), report)
 
 
 def _draw_once(source: Source) -> None:

@@ -15,7 +15,7 @@ from pydantic_settings import (
 )
 
 from snapfit.server.errors import SettingsError
-from snapfit.server.worker_spec import AUTO, DEMO_SOURCE
+from snapfit.server.worker_spec import AUTO, DEMO_SOURCE, ColorFormat
 from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
@@ -60,6 +60,17 @@ class StationSettings(BaseModel):
         default=("cpu",),
         description="What runs the network, the first choice first; what is not there is passed "
         "over and told in the log, down to the CPU.",
+    )
+    record: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Folder in which each run of the station is recorded as an MCAP file: what it "
+        "saw and said. Not set: nothing is recorded.",
+    )
+    record_color: ColorFormat = Field(
+        default="png",
+        description="Colour in recordings: 'png' loses nothing, so that a replay gives the same "
+        "poses; 'jpeg' takes a tenth of the room, and a replay gives nearly the same.",
     )
     stale_after_s: float = Field(
         default=0.5, gt=0, le=60, description="A snapshot older than this is stale, seconds."
@@ -158,11 +169,14 @@ def _problem(detail: Any) -> str:
 
 
 def _count_from(folder: Path, values: dict[str, Any]) -> None:
-    """Make relative folders of the file count from where the file lies."""
+    """Make relative paths of the file count from where the file lies."""
     station = values.get("station")
     if not isinstance(station, dict):
         return
     for key in ("source", "asset"):
         value = station.get(key)
-        if isinstance(value, str) and (folder / value).is_dir():
+        if isinstance(value, str) and (folder / value).exists():
             station[key] = str(folder / value)
+    if isinstance(record := station.get("record"), str) and record:
+        # It is made when there is something to record.
+        station["record"] = str(folder / record)

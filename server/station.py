@@ -45,6 +45,8 @@ class Station:
             method=settings.method,
             detector=settings.detector,
             providers=settings.providers,
+            record=settings.record,
+            record_color=settings.record_color,
             boot_id="",
             wall_minus_monotonic_ns=clock.wall_minus_monotonic_ns,
             poses_segment=names.poses,
@@ -163,6 +165,7 @@ class Station:
             last_bad_frame=report.last_bad_frame,
             frame_ms=report.frame_ms,
             finding=report.finding,
+            recording=report.recording,
         )
 
     def _report(self) -> WorkerReport | None:

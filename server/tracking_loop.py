@@ -122,6 +122,8 @@ class TrackingLoop:
         self._reporter.tracked(result.duration_ms)
         if self._pipeline.finding is not None:
             self._reporter.looked(self._pipeline.finding.account)
+        if self._pipeline.recording is not None:
+            self._reporter.recorded(self._pipeline.recording.account)
         pictures.offer(frame, result, generation)
 
 

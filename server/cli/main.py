@@ -11,6 +11,9 @@ from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.benchmark import benchmark
 from snapfit.server.cli.dataset import dataset_app
 from snapfit.server.cli.document import openapi
+from snapfit.server.cli.export import export
+from snapfit.server.cli.record import record
+from snapfit.server.cli.replay import replay
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
 from snapfit.server.cli.train import train
@@ -22,7 +25,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, serve, track, benchmark, train, openapi):
+for command in (demo, serve, track, record, replay, export, benchmark, train, openapi):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
 app.add_typer(dataset_app, name="dataset")

@@ -32,18 +32,25 @@ _Providers = Annotated[
 ]
 
 
+_Record = Annotated[
+    Path | None,
+    typer.Option(help="Folder to record into what the station sees and says (MCAP)."),
+]
+
+
 def demo(
     asset: Annotated[str, typer.Option(help="A bundled asset, or its folder.")] = DEFAULT_ASSET,
     host: _Host = None,
     port: _Port = None,
     detector: _Detector = None,
     provider: _Providers = None,
+    record: _Record = None,
 ) -> None:
     """Track the simulated bench and serve its poses."""
     with clear_errors():
         settings = make_settings("the environment", {})
         station = {"source": DEMO_SOURCE, "asset": asset}
-        _serve(settings, host, port, {**station, **_finding(detector, provider)})
+        _serve(settings, host, port, {**station, **_given(detector, provider, record)})
 
 
 def serve(
@@ -52,14 +59,18 @@ def serve(
     port: _Port = None,
     detector: _Detector = None,
     provider: _Providers = None,
+    record: _Record = None,
 ) -> None:
     """Track a station and serve its poses."""
     with clear_errors():
-        _serve(load_settings(config), host, port, _finding(detector, provider))
+        _serve(load_settings(config), host, port, _given(detector, provider, record))
 
 
-def _finding(detector: str | None, providers: list[str] | None) -> dict[str, Any]:
+def _given(
+    detector: str | None, providers: list[str] | None, record: Path | None
+) -> dict[str, Any]:
     return {
+        **({} if record is None else {"record": str(record)}),
         **({} if detector is None else {"detector": detector}),
         **({"providers": providers} if providers else {}),
     }

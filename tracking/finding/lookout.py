@@ -44,8 +44,9 @@ class Lookout(Protocol):
     names: tuple[str, ...]
     """Of the parts that it can look for."""
 
-    account: LookAccount
-    """What has become of it so far."""
+    @property
+    def account(self) -> LookAccount:
+        """What has become of it so far."""
 
     def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
         """Look into a frame for parts; False, and nothing is done, while it is busy."""

@@ -1,4 +1,4 @@
-"""Where frames come from: recordings now, cameras later."""
+"""Where frames come from: recordings and cameras."""
 
 from __future__ import annotations
 
@@ -8,25 +8,33 @@ from snapfit.models.asset import Asset, find_asset
 from snapfit.tracking.sources.base import Source
 from snapfit.tracking.sources.recorded import Loop, RecordedSource, load_recording
 
+MCAP_SUFFIX = ".mcap"
+
 __all__ = ["Loop", "RecordedSource", "Source", "open_source"]
 
 
 def open_source(
     path: Path | str, asset: Asset | Path | str | None = None, loop: Loop = "no"
 ) -> RecordedSource:
-    """Opens a recorded sequence or a BOP scene.
+    """Opens a recorded sequence, a BOP scene, or a station's recording (MCAP).
 
     Args:
-        path: its folder, or the `sequence.json` in it.
+        path: its folder, or the `sequence.json` in it; the file of an MCAP recording.
         asset: takes the place of the parts that the recording names: an asset, the name of a
             bundled one, or its folder.
         loop: what comes after the last frame.
 
     Raises:
         SequenceError: neither a recorded sequence nor a BOP scene, or a broken one.
+        RecordingError: no MCAP recording of a station, or a broken one.
         ManifestError: the asset is refused.
         MeshError: a mesh is refused.
     """
     if isinstance(asset, Path | str):
         asset = find_asset(asset)
+    if Path(path).suffix == MCAP_SUFFIX:
+        # Its libraries are needed for these files alone.
+        from snapfit.tracking.recording.source import McapSource
+
+        return McapSource(Path(path), asset, loop)
     return RecordedSource(load_recording(Path(path), asset), loop)
