@@ -17,7 +17,7 @@ from snapfit.tracking.errors import SourceError
 from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
-from snapfit.tracking.sources import open_source
+from snapfit.tracking.sources import open_any
 from snapfit.tracking.sources.base import Source
 
 
@@ -30,9 +30,10 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         SnapfitError: whatever is refused: the asset, the source, the method, the detector.
     """
     asset = None if spec.asset is None else find_asset(spec.asset)
-    folder = _demo(asset, report) if spec.source == DEMO_SOURCE else Path(spec.source)
+    where = str(_demo(asset, report)) if spec.source == DEMO_SOURCE else spec.source
     report("opening the source", None)
-    source = open_source(folder, asset, loop="pingpong")
+    calibration = None if spec.calibration is None else Path(spec.calibration)
+    source = open_any(where, asset, "pingpong", calibration)
     try:
         return _tracking(source, spec, report)
     except BaseException:
@@ -55,6 +56,8 @@ def chosen_method(wish: str, parts: Collection[Part], asset: Asset | None) -> st
 
 
 def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
+    if not source.parts:
+        raise SourceError(f"{source.name}: a camera knows no parts: set station.asset")
     method = chosen_method(spec.method, source.parts, source.asset)
     # Open3D takes a second to load: that goes on while the tracker is made.
     with ThreadPoolExecutor(1) as beside:

@@ -35,14 +35,21 @@ class StationSettings(BaseModel):
     source: str = Field(
         default=DEMO_SOURCE,
         min_length=1,
-        description="Where frames come from: the folder of a recorded sequence or of a BOP "
-        "scene (from the settings file's folder), or 'demo', the simulated bench.",
+        description="Where frames come from: a camera's address such as 'realsense:SERIAL', "
+        "the folder of a recorded sequence or of a BOP scene, an MCAP recording, or 'demo', the "
+        "simulated bench.",
     )
     asset: str | None = Field(
         default=None,
         min_length=1,
         description="The asset under assembly: name of a bundled one, or its folder. Not needed "
         "where the source names it.",
+    )
+    calibration: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Camera file of a USB or network camera, as snapfit calibrate writes it; "
+        "other sources bring their calibration.",
     )
     method: str = Field(
         default=AUTO,
@@ -173,7 +180,7 @@ def _count_from(folder: Path, values: dict[str, Any]) -> None:
     station = values.get("station")
     if not isinstance(station, dict):
         return
-    for key in ("source", "asset"):
+    for key in ("source", "asset", "calibration"):
         value = station.get(key)
         if isinstance(value, str) and (folder / value).exists():
             station[key] = str(folder / value)

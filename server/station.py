@@ -45,6 +45,7 @@ class Station:
             method=settings.method,
             detector=settings.detector,
             providers=settings.providers,
+            calibration=settings.calibration,
             record=settings.record,
             record_color=settings.record_color,
             boot_id="",

@@ -28,8 +28,9 @@ class WorkerSpec(BaseModel):
 
     Attributes:
         station: the station's name.
-        source: a folder, or "demo" for the simulated bench.
+        source: a camera's address, a path, or "demo" for the simulated bench.
         asset: name or folder of the asset; None: as the source says.
+        calibration: camera file; None for sources that bring their calibration.
         method: the tracking method, or "auto".
         detector: what finds the parts.
         providers: what runs a network, the first choice first.
@@ -49,6 +50,7 @@ class WorkerSpec(BaseModel):
     method: str
     detector: DetectorWish = "none"
     providers: tuple[ProviderName, ...] = ("cpu",)
+    calibration: str | None = None
     record: str | None = None
     record_color: ColorFormat = "png"
     boot_id: str

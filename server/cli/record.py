@@ -18,6 +18,9 @@ def record(
     asset: Annotated[
         str | None, typer.Option(help="The asset under assembly: a bundled one, or its folder.")
     ] = None,
+    calibration: Annotated[
+        Path | None, typer.Option(help="Camera file of a USB or network camera.")
+    ] = None,
     seconds: Annotated[
         float | None, typer.Option(min=0.1, help="For so long; without it until Ctrl-C.")
     ] = None,
@@ -31,4 +34,4 @@ def record(
         # OpenCV and the libraries of recordings take a while to load; --help needs none of them.
         from snapfit.server.cli.record_run import run
 
-        run(source, out=out, asset=asset, seconds=seconds, color=color)
+        run(source, out, asset=asset, calibration=calibration, seconds=seconds, color=color)

@@ -11,11 +11,12 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from snapfit.models.asset import find_asset
+from snapfit.server.clock import Clock
 from snapfit.server.worker_spec import ColorFormat
 from snapfit.tracking.errors import FrameError, RecordingError
 from snapfit.tracking.recording.recorder import Recorder
 from snapfit.tracking.recording.station import loose_meshes, station_record
-from snapfit.tracking.sources import open_source
+from snapfit.tracking.sources import open_any
 from snapfit.tracking.sources.bad_frames import BadFrames
 from snapfit.tracking.sources.base import Source, is_live
 
@@ -23,7 +24,13 @@ _CLOSE_LIMIT_S = 60.0
 
 
 def run(
-    source: str, *, out: Path, asset: str | None, seconds: float | None, color: ColorFormat
+    source: str,
+    out: Path,
+    *,
+    asset: str | None,
+    calibration: Path | None,
+    seconds: float | None,
+    color: ColorFormat,
 ) -> None:
     """Records a source until its end, for so long, or until Ctrl-C.
 
@@ -32,7 +39,7 @@ def run(
     """
     console = Console(highlight=False)
     given = None if asset is None else find_asset(asset)
-    with closing(open_source(source, given)) as opened:
+    with closing(open_any(source, given, "no", calibration)) as opened:
         station = station_record(
             opened, station=out.stem, method=None, detector=None, finds=(), color_format=color
         )
@@ -61,8 +68,8 @@ def _record(
     seconds: float | None,
     console: Console,
 ) -> None:
-    begin_s = time.monotonic()
-    period_s = 0.0 if is_live(source) else 1.0 / source.frame_rate_hz
+    begin_s, live, clock = time.monotonic(), is_live(source), Clock.started_now()
+    period_s = 0.0 if live else 1.0 / source.frame_rate_hz
     columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("recording; Ctrl-C ends it")
@@ -79,6 +86,8 @@ def _record(
                 continue
             if frame is None:
                 return
-            recorder.add(replace(frame, name=f"{number:06d}"), [], {})
+            at_ns = frame.captured_at_ns + (clock.wall_minus_monotonic_ns if live else 0)
+            named = replace(frame, name=f"{number:06d}", captured_at_ns=at_ns)
+            recorder.add(named, [], {})
             told = f"{recorder.account.frames} frames; Ctrl-C ends it"
             progress.update(task, description=told)
