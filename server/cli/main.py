@@ -9,6 +9,7 @@ import typer
 
 from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.benchmark import benchmark
+from snapfit.server.cli.calibrate import calibrate_app
 from snapfit.server.cli.dataset import dataset_app
 from snapfit.server.cli.document import openapi
 from snapfit.server.cli.export import export
@@ -28,6 +29,7 @@ app = typer.Typer(
 for command in (demo, serve, track, record, replay, export, benchmark, train, openapi):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
+app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(dataset_app, name="dataset")
 
 
