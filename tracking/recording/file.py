@@ -19,8 +19,9 @@ from snapfit.models.pose import Pose
 from snapfit.tracking.errors import RecordingError
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.recording import foxglove
-from snapfit.tracking.recording.images import encode_color, encode_depth
+from snapfit.tracking.recording.images import encode_color
 from snapfit.tracking.recording.mcap_writer import McapWriter
+from snapfit.tracking.recording.png import encode_png
 from snapfit.tracking.recording.records import (
     CALIBRATION_TOPICS,
     COLOR_FRAME,
@@ -168,7 +169,7 @@ class RecordingFile:
 
     def _add_images(self, frame: Frame, time_ns: int, beside: Executor) -> None:
         kind = self._station.color_format
-        depth = None if frame.depth is None else beside.submit(encode_depth, frame.depth)
+        depth = None if frame.depth is None else beside.submit(encode_png, frame.depth)
         color = encode_color(frame.color, kind)
         self._add(COLOR_TOPIC, time_ns, foxglove.image(time_ns, COLOR_FRAME, color, kind))
         if depth is not None:
