@@ -86,3 +86,7 @@ class DetectorError(SnapfitError):
         super().__init__(f"{path}: {problem}")
         self.path = path
         self.problem = problem
+
+
+class CalibrationError(SnapfitError):
+    """A camera that cannot be calibrated from what was seen: too little, or it does not agree."""

@@ -10,7 +10,7 @@ from snapfit.server.worker_spec import AUTO, WorkerSpec
 from snapfit.tracking.detection.providers import short_name
 from snapfit.tracking.errors import SourceError, TrackingError
 from snapfit.tracking.finding.choice import chosen_detector
-from snapfit.tracking.finding.create import create_finder, create_live
+from snapfit.tracking.finding.create import Noted, create_finder, create_live
 from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.finding.open3d_module import open3d
 from snapfit.tracking.sources.base import Source
@@ -29,7 +29,11 @@ def detector_for(spec: WorkerSpec, source: Source) -> DetectorName | None:
 
 
 def with_finding(
-    pipeline: Pipeline, spec: WorkerSpec, detector: DetectorName | None, report: Report
+    pipeline: Pipeline,
+    spec: WorkerSpec,
+    detector: DetectorName | None,
+    report: Report,
+    noted: Noted | None = None,
 ) -> Pipeline:
     """The pipeline with the station's detector beside its tracker, where there is one.
 
@@ -38,6 +42,7 @@ def with_finding(
         spec: of the station.
         detector: of the station, as `detector_for` has it.
         report: told that the detector is made.
+        noted: notes the detector's answers, where they are recorded.
 
     Raises:
         SourceError: nothing finds the parts, and the source brings no initial pose.
@@ -64,7 +69,7 @@ def with_finding(
     finder = create_finder(
         detector, parts, tracker.bodies, source.camera, source.asset, spec.providers
     )
-    finding = create_live(tracker, finder, detector, parts, source.frame_rate_hz)
+    finding = create_live(tracker, finder, detector, parts, source.frame_rate_hz, noted)
     # Only a network has one.
     provider: str | None = getattr(finder, "provider", None)
     return replace(

@@ -11,13 +11,14 @@ import numpy as np
 from snapfit.models.asset import Asset, Part, find_asset
 from snapfit.server.find_parts import detector_for, with_finding
 from snapfit.server.pipeline import Image, Pipeline, Report
+from snapfit.server.record_station import with_recording
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE, WorkerSpec
 from snapfit.tracking.errors import SourceError
 from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+from snapfit.tracking.sources import open_any
 from snapfit.tracking.sources.base import Source
-from snapfit.tracking.sources.recorded import RecordedSource, load_recording
 from snapfit.tracking.tracker import Tracker
 
 
@@ -30,9 +31,10 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         SnapfitError: whatever is refused: the asset, the source, the method, the detector.
     """
     asset = None if spec.asset is None else find_asset(spec.asset)
-    folder = _demo(asset, report) if spec.source == DEMO_SOURCE else Path(spec.source)
+    where = str(_demo(asset, report)) if spec.source == DEMO_SOURCE else spec.source
     report("opening the source", None)
-    source = RecordedSource(load_recording(folder, asset), loop="pingpong")
+    calibration = None if spec.calibration is None else Path(spec.calibration)
+    source = open_any(where, asset, "pingpong", calibration)
     try:
         return _tracking(source, spec, report)
     except BaseException:
@@ -55,6 +57,8 @@ def chosen_method(wish: str, parts: Collection[Part], asset: Asset | None) -> st
 
 
 def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
+    if not source.parts:
+        raise SourceError(f"{source.name}: a camera knows no parts: set station.asset")
     method = chosen_method(spec.method, source.parts, source.asset)
     # Open3D takes a second to load: that goes on while the tracker is made.
     with ThreadPoolExecutor(1) as beside:
@@ -68,7 +72,9 @@ def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
     # Of the tracker proper: a part that it stops is one that the finder looks for.
     controls = TrackerControls(tracker) if isinstance(tracker, Tracker) else None
     pipeline = Pipeline(source, tracker, draw, method, controls=controls)
-    return with_finding(pipeline, spec, detector.result(), report)
+    if spec.record is None:
+        return with_finding(pipeline, spec, detector.result(), report)
+    return with_recording(pipeline, spec, detector.result(), report)
 
 
 class TrackerControls:

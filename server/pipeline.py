@@ -13,6 +13,7 @@ from snapfit.models.pose import Pose
 from snapfit.tracking.finding.account import FindingAccount
 from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.frame import Frame
+from snapfit.tracking.recording.account import RecordingAccount
 from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.sources.base import Source
 
@@ -57,6 +58,17 @@ class Controls(Protocol):
         """Lets a part be looked for again, as at the start."""
 
 
+class Recording(Protocol):
+    """Writes down what the worker sees and says; see `Recorder`."""
+
+    @property
+    def account(self) -> RecordingAccount:
+        """What has become of it so far."""
+
+    def close(self) -> None:
+        """Complete the file, in less than a second."""
+
+
 @dataclass(frozen=True)
 class Pipeline:
     """An open source and its tracker.
@@ -69,6 +81,7 @@ class Pipeline:
         detector: that it looks with.
         provider: of ONNX Runtime, in short; None without a network.
         controls: what an operator can do; None where every frame is seen by itself.
+        recording: of what the tracker gets and says; None where nothing is recorded.
     """
 
     source: Source
@@ -79,9 +92,13 @@ class Pipeline:
     detector: DetectorName | None = None
     provider: str | None = None
     controls: Controls | None = None
+    recording: Recording | None = None
 
     def close(self) -> None:
         """Let go of threads, files and devices."""
+        # First of all: a worker that is told to end has a second, and a look may take longer.
+        if self.recording is not None:
+            self.recording.close()
         if self.finding is not None:
             self.finding.close()
         self.source.close()

@@ -10,8 +10,15 @@ from collections import deque
 from pathlib import Path
 
 from snapfit.server.pose_store import PoseStore
-from snapfit.server.schemas import FindingHealth, Phase, StationFacts, WorkerReport
+from snapfit.server.schemas import (
+    FindingHealth,
+    Phase,
+    RecordingHealth,
+    StationFacts,
+    WorkerReport,
+)
 from snapfit.tracking.finding.account import FindingAccount
+from snapfit.tracking.recording.account import RecordingAccount
 
 _PERIOD_S = 0.5
 _MEDIAN_OF = 300
@@ -69,6 +76,16 @@ class Reporter:
             started=account.started,
             dropped=account.dropped,
             look_ms=None if look.look_ms is None else round(look.look_ms, 3),
+        )
+
+    def recorded(self, account: RecordingAccount) -> None:
+        """Say what has become of recording so far."""
+        self._report.recording = RecordingHealth(
+            file=str(account.path),
+            frames=account.frames,
+            dropped=account.dropped,
+            megabytes=round(account.n_bytes / 1e6, 1),
+            problem=account.problem,
         )
 
     def beat(self) -> None:

@@ -165,6 +165,18 @@ class FindingHealth(Schema):
     look_ms: float | None = Field(description="How long the last look took, ms.")
 
 
+class RecordingHealth(Schema):
+    """How recording goes since the worker started."""
+
+    file: str = Field(description="Where it is recorded.")
+    frames: int = Field(description="Frames that are written with their images.")
+    dropped: int = Field(description="Frames whose images there was no time to write.")
+    megabytes: float = Field(description="Written, MB.")
+    problem: str | None = Field(
+        description="Why recording stopped while tracking goes on; null while it records."
+    )
+
+
 class WorkerReport(Schema):
     """What a worker says of itself, twice a second."""
 
@@ -179,6 +191,7 @@ class WorkerReport(Schema):
         default=None, description="Tracking time for a frame, median of the last 300, ms."
     )
     finding: FindingHealth | None = None
+    recording: RecordingHealth | None = None
     facts: StationFacts | None = None
     asset_folder: str | None = Field(
         default=None, description="Where it left what the API serves of the asset."
@@ -200,6 +213,7 @@ class WorkerHealth(Schema):
     last_bad_frame: str | None
     frame_ms: float | None
     finding: FindingHealth | None = Field(description="Null where no detector runs.")
+    recording: RecordingHealth | None = Field(description="Null where nothing is recorded.")
 
 
 class StationInfo(Schema):

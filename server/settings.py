@@ -19,7 +19,7 @@ from snapfit.server.fleet.keepers import MEMORY
 from snapfit.server.logs.secrets import without_secrets
 from snapfit.server.logs.setup import LogFormat, LogLevel
 from snapfit.server.security.settings import SecuritySettings
-from snapfit.server.worker_spec import AUTO, DEMO_SOURCE
+from snapfit.server.worker_spec import AUTO, DEMO_SOURCE, ColorFormat
 from snapfit.tracking.finding.names import DetectorWish, ProviderName
 
 _Table = TypeVar("_Table", bound=BaseModel)
@@ -41,14 +41,21 @@ class StationSettings(BaseModel):
     source: str = Field(
         default=DEMO_SOURCE,
         min_length=1,
-        description="Where frames come from: the folder of a recorded sequence or of a BOP "
-        "scene (from the settings file's folder), or 'demo', the simulated bench.",
+        description="Where frames come from: a camera's address such as 'realsense:SERIAL', "
+        "the folder of a recorded sequence or of a BOP scene, an MCAP recording, or 'demo', the "
+        "simulated bench.",
     )
     asset: str | None = Field(
         default=None,
         min_length=1,
         description="The asset under assembly: name of a bundled one, or its folder. Not needed "
         "where the source names it.",
+    )
+    calibration: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Camera file of a USB or network camera, as snapfit calibrate writes it; "
+        "other sources bring their calibration.",
     )
     method: str = Field(
         default=AUTO,
@@ -66,6 +73,17 @@ class StationSettings(BaseModel):
         default=("cpu",),
         description="What runs the network, the first choice first; what is not there is passed "
         "over and told in the log, down to the CPU.",
+    )
+    record: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Folder in which each run of the station is recorded as an MCAP file: what it "
+        "saw and said. Not set: nothing is recorded.",
+    )
+    record_color: ColorFormat = Field(
+        default="png",
+        description="Colour in recordings: 'png' loses nothing, so that a replay gives the same "
+        "poses; 'jpeg' takes a tenth of the room, and a replay gives nearly the same.",
     )
     stale_after_s: float = Field(
         default=0.5, gt=0, le=60, description="A snapshot older than this is stale, seconds."
@@ -245,7 +263,10 @@ def _count_from(folder: Path, values: dict[str, Any]) -> None:
     for station in (values.get("station"), *(several if isinstance(several, list) else ())):
         if not isinstance(station, dict):
             continue
-        for key in ("source", "asset"):
+        for key in ("source", "asset", "calibration"):
             value = station.get(key)
-            if isinstance(value, str) and (folder / value).is_dir():
+            if isinstance(value, str) and (folder / value).exists():
                 station[key] = str(folder / value)
+        if isinstance(record := station.get("record"), str) and record:
+            # It is made when there is something to record.
+            station["record"] = str(folder / record)

@@ -80,6 +80,9 @@ class Station:
             method=settings.method,
             detector=settings.detector,
             providers=settings.providers,
+            calibration=settings.calibration,
+            record=settings.record,
+            record_color=settings.record_color,
             boot_id="",
             wall_minus_monotonic_ns=clock.wall_minus_monotonic_ns,
             poses_segment=names.poses,
@@ -256,6 +259,7 @@ class Station:
             last_bad_frame=report.last_bad_frame,
             frame_ms=report.frame_ms,
             finding=report.finding,
+            recording=report.recording,
         )
 
     def _report(self) -> WorkerReport | None:

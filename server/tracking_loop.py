@@ -25,6 +25,7 @@ from snapfit.server.snapshot import SnapshotWriter
 from snapfit.server.worker_spec import WorkerSpec
 from snapfit.tracking.errors import FrameError
 from snapfit.tracking.frame import Frame
+from snapfit.tracking.sources.base import is_live
 
 _LOG = logging.getLogger(__name__)
 
@@ -83,11 +84,13 @@ class TrackingLoop:
             TrackingError: tracking cannot be started from the source's initial poses.
         """
         pictures = PictureMaker(self._store, self._pipeline)
-        pacer = Pacer(self._pipeline.source.frame_rate_hz)
+        pacer = None
+        if not is_live(self._pipeline.source):
+            pacer = Pacer(self._pipeline.source.frame_rate_hz)
         self._reporter.report(Phase.STARTING, "waiting for the first frame")
         try:
             while not stop.is_set():
-                due_ns = pacer.wait(stop) + self._clock.wall_minus_monotonic_ns
+                due_ns = None if pacer is None else pacer.wait(stop)
                 self._commands.run()
                 if not self._next_frame(due_ns, pictures):
                     self._reporter.report(Phase.ENDED, "the source has ended")
@@ -101,7 +104,7 @@ class TrackingLoop:
         finally:
             pictures.close()
 
-    def _next_frame(self, due_ns: int, pictures: PictureMaker) -> bool:
+    def _next_frame(self, due_ns: int | None, pictures: PictureMaker) -> bool:
         """One frame, from the source to the store; False at the source's end."""
         try:
             frame = self._pipeline.source.read()
@@ -111,7 +114,10 @@ class TrackingLoop:
         if frame is None:
             return False
         # A recording's own stamps are of another day: its frames are exposed as they are played.
-        self._track(replace(frame, captured_at_ns=due_ns), pictures)
+        # Those of a camera carry their own time.
+        at_ns = frame.captured_at_ns if due_ns is None else due_ns
+        at_ns += self._clock.wall_minus_monotonic_ns
+        self._track(replace(frame, captured_at_ns=at_ns), pictures)
         return True
 
     def _track(self, frame: Frame, pictures: PictureMaker) -> None:
@@ -132,6 +138,8 @@ class TrackingLoop:
         self._reporter.tracked(result.duration_ms)
         if self._pipeline.finding is not None:
             self._reporter.looked(self._pipeline.finding.account)
+        if self._pipeline.recording is not None:
+            self._reporter.recorded(self._pipeline.recording.account)
         pictures.offer(frame, result, generation)
 
 

@@ -17,6 +17,9 @@ DEMO_SOURCE = "demo"
 AUTO: Literal["auto"] = "auto"
 """The method or the detector that suits what there is."""
 
+ColorFormat = Literal["png", "jpeg"]
+"""Of colour images in recordings."""
+
 REFUSED_EXIT_CODE = 3
 """A worker that ends with this was refused by a file or a setting; starting it again is vain."""
 
@@ -26,11 +29,14 @@ class WorkerSpec(BaseModel):
 
     Attributes:
         station: the station's name.
-        source: a folder, or "demo" for the simulated bench.
+        source: a camera's address, a path, or "demo" for the simulated bench.
         asset: name or folder of the asset; None: as the source says.
+        calibration: camera file; None for sources that bring their calibration.
         method: the tracking method, or "auto".
         detector: what finds the parts.
         providers: what runs a network, the first choice first.
+        record: folder for recordings; None to record nothing.
+        record_color: format of colour images in them.
         boot_id: names this run.
         wall_minus_monotonic_ns: the server's time line, see `snapfit.server.clock`.
         poses_segment, pictures_segment: names of the pose store.
@@ -46,6 +52,9 @@ class WorkerSpec(BaseModel):
     method: str
     detector: DetectorWish = "none"
     providers: tuple[ProviderName, ...] = ("cpu",)
+    calibration: str | None = None
+    record: str | None = None
+    record_color: ColorFormat = "png"
     boot_id: str
     wall_minus_monotonic_ns: int
     poses_segment: str

@@ -1,5 +1,9 @@
 """The errors of the per-frame work. Each says what is wrong, where, and what to do."""
 
+from __future__ import annotations
+
+from pathlib import Path
+
 from snapfit.models.errors import SnapfitError
 
 
@@ -18,3 +22,12 @@ class SourceError(SnapfitError):
 
 class TrackingError(SnapfitError):
     """A tracker that cannot be made or started: unknown method, unknown part, no camera."""
+
+
+class RecordingError(SnapfitError):
+    """A recording (MCAP) that cannot be written or read; names the file."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+        self.problem = problem

@@ -9,9 +9,13 @@ import typer
 
 from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.benchmark import benchmark
+from snapfit.server.cli.calibrate import calibrate_app
 from snapfit.server.cli.dataset import dataset_app
 from snapfit.server.cli.document import openapi
+from snapfit.server.cli.export import export
 from snapfit.server.cli.key import key_app
+from snapfit.server.cli.record import record
+from snapfit.server.cli.replay import replay
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
 from snapfit.server.cli.train import train
@@ -24,9 +28,21 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, serve, worker, track, benchmark, train, openapi):
+for command in (
+    demo,
+    serve,
+    worker,
+    track,
+    record,
+    replay,
+    export,
+    benchmark,
+    train,
+    openapi,
+):
     app.command()(command)
 app.add_typer(asset_app, name="asset")
+app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(dataset_app, name="dataset")
 app.add_typer(key_app, name="key")
 

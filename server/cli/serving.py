@@ -46,6 +46,10 @@ _TlsCert = Annotated[str | None, typer.Option(help="Certificate chain, PEM: HTTP
 _TlsKey = Annotated[str | None, typer.Option(help="The certificate's private key, PEM.")]
 
 _LogFormat = Annotated[LogFormat | None, typer.Option(help="How logs are written.")]
+_Record = Annotated[
+    Path | None,
+    typer.Option(help="Folder to record into what the station sees and says (MCAP)."),
+]
 
 
 def demo(
@@ -54,6 +58,7 @@ def demo(
     port: _Port = None,
     detector: _Detector = None,
     provider: _Providers = None,
+    record: _Record = None,
     tls_cert: _TlsCert = None,
     tls_key: _TlsKey = None,
     log_format: _LogFormat = None,
@@ -65,7 +70,7 @@ def demo(
             problem = "store: the demo tracks and serves in one: unset SNAPFIT_STORE"
             raise SettingsError("the environment", [problem])
         station = {"source": DEMO_SOURCE, "asset": asset}
-        settings = with_station(settings, {**station, **_finding(detector, provider)})
+        settings = with_station(settings, {**station, **_finding(detector, provider, record)})
         settings = with_security(settings, _given(tls_cert=tls_cert, tls_key=tls_key))
         _serve(settings.model_copy(update=_given(host=host, port=port, log_format=log_format)))
 
@@ -76,19 +81,23 @@ def serve(
     port: _Port = None,
     detector: _Detector = None,
     provider: _Providers = None,
+    record: _Record = None,
     tls_cert: _TlsCert = None,
     tls_key: _TlsKey = None,
     log_format: _LogFormat = None,
 ) -> None:
     """Track a station and serve its poses."""
     with clear_errors():
-        settings = with_station(load_settings(config), _finding(detector, provider))
+        settings = with_station(load_settings(config), _finding(detector, provider, record))
         settings = with_security(settings, _given(tls_cert=tls_cert, tls_key=tls_key))
         _serve(settings.model_copy(update=_given(host=host, port=port, log_format=log_format)))
 
 
-def _finding(detector: str | None, providers: list[str] | None) -> dict[str, Any]:
-    return _given(detector=detector, providers=providers or None)
+def _finding(
+    detector: str | None, providers: list[str] | None, record: Path | None
+) -> dict[str, Any]:
+    folder = None if record is None else str(record)
+    return _given(detector=detector, providers=providers or None, record=folder)
 
 
 def _given(**options: Any) -> dict[str, Any]:

@@ -12,7 +12,10 @@ from snapfit.server.cli.errors import clear_errors
 
 def track(
     sequence: Annotated[
-        Path, typer.Argument(help="Folder of a recorded sequence or of a BOP scene.")
+        Path,
+        typer.Argument(
+            help="Folder of a recorded sequence or of a BOP scene, or an MCAP recording."
+        ),
     ],
     asset: Annotated[
         str | None,

@@ -52,13 +52,13 @@ def run(
     console = Console(highlight=False)
     with ExitStack() as stack:
         source = stack.enter_context(closing(open_source(sequence, asset)))
-        lines = stack.enter_context(_open_lines(out)) if out else None
+        lines = stack.enter_context(open_lines(out)) if out else None
         film = None
         if video:
             camera = source.camera.color
             size_px = (camera.width, camera.height)
             film = stack.enter_context(closing(VideoFile(video, source.frame_rate_hz, size_px)))
-        progress = stack.enter_context(_progress(console))
+        progress = stack.enter_context(progress_bar(console))
         bad_frames = BadFrames(lambda error: _tell(progress.console, error))
         tracker = _make_tracker(method, finding, source, progress)
         finds_parts = finding.detector is not None or starts_cold(method)
@@ -119,14 +119,20 @@ def _make_tracker(
     return tracker
 
 
-def _open_lines(path: Path) -> TextIO:
+def open_lines(path: Path) -> TextIO:
+    """A file for lines of JSON.
+
+    Raises:
+        SourceError: it cannot be written.
+    """
     try:
         return path.open("w", encoding="utf-8")
     except OSError as error:
         raise SourceError(f"{path}: cannot be written: {error.strerror}") from error
 
 
-def _progress(console: Console) -> Progress:
+def progress_bar(console: Console) -> Progress:
+    """How far it is, while it goes on."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from typing import get_args
+from typing import Protocol, get_args
 
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import RgbdCamera
@@ -12,9 +12,9 @@ from snapfit.models.detector.card import ONNX_NAME
 from snapfit.models.errors import DetectorError
 from snapfit.tracking.body import Body
 from snapfit.tracking.errors import TrackingError
-from snapfit.tracking.finding.catch_up import CatchUpThread, ImmediateCatchUp
+from snapfit.tracking.finding.catch_up import CatchUp, CatchUpThread, ImmediateCatchUp
 from snapfit.tracking.finding.finder import Finder
-from snapfit.tracking.finding.lookout import DelayedLookout, LookoutThread
+from snapfit.tracking.finding.lookout import DelayedLookout, Lookout, LookoutThread
 from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.finding.parameters import SelfStartParameters
 from snapfit.tracking.finding.reinitialised import delay_frames
@@ -30,6 +30,16 @@ DETECTORS: tuple[DetectorName, ...] = get_args(DetectorName)
 
 # While all is seen, a look now and then is enough; it costs a core for as long as it takes.
 _EVERY_S = {"geometric": 3.0, "network": 1.0}
+
+
+class Noted(Protocol):
+    """Stands in for what works beside a tracker, and notes its answers."""
+
+    def lookout(self, lookout: Lookout) -> Lookout:
+        """In place of this lookout."""
+
+    def catch_up(self, catch_up: CatchUp) -> CatchUp:
+        """In place of this one."""
 
 
 def create_finder(
@@ -117,7 +127,12 @@ def create_offline(
 
 
 def create_live(
-    tracker: Tracker, finder: Finder, detector: str, parts: Sequence[Part], frame_rate_hz: float
+    tracker: Tracker,
+    finder: Finder,
+    detector: str,
+    parts: Sequence[Part],
+    frame_rate_hz: float,
+    noted: Noted | None = None,
 ) -> SelfStartingTracker:
     """A tracker for a camera: it never waits for the finder, which has threads of its own.
 
@@ -126,16 +141,28 @@ def create_live(
         finder: that looks for them, of the kind `detector`.
         parts: that are followed, in order.
         frame_rate_hz: of the camera.
+        noted: stands between the tracker and those threads, where their answers are recorded.
     """
-    every_frames = max(1, round(_EVERY_S[detector] * frame_rate_hz))
     finders = _in_turn(detector, finder, tracker)
-    return SelfStartingTracker(
-        tracker,
-        parts,
-        in_turn([LookoutThread(each) for _, each in finders]),
-        SelfStartParameters(every_frames=every_frames),
-        CatchUpThread(Tracker(tracker.bodies, tracker.camera)),
-    )
+    lookout = in_turn([LookoutThread(each) for _, each in finders])
+    catch_up: CatchUp = CatchUpThread(Tracker(tracker.bodies, tracker.camera))
+    if noted is not None:
+        lookout, catch_up = noted.lookout(lookout), noted.catch_up(catch_up)
+    return self_starting(tracker, lookout, catch_up, detector, parts, frame_rate_hz)
+
+
+def self_starting(
+    tracker: Tracker,
+    lookout: Lookout,
+    catch_up: CatchUp,
+    detector: str,
+    parts: Sequence[Part],
+    frame_rate_hz: float,
+) -> SelfStartingTracker:
+    """A tracker that looks for its parts as often as this detector can look beside a camera."""
+    every_frames = max(1, round(_EVERY_S[detector] * frame_rate_hz))
+    parameters = SelfStartParameters(every_frames=every_frames)
+    return SelfStartingTracker(tracker, parts, lookout, parameters, catch_up)
 
 
 def _in_turn(detector: str, finder: Finder, tracker: Tracker) -> tuple[tuple[str, Finder], ...]:

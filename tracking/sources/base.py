@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import RgbdCamera
@@ -47,3 +47,21 @@ class Source(Protocol):
 
     def close(self) -> None:
         """Lets go of files, threads and devices; may be called twice."""
+
+
+@runtime_checkable
+class LiveSource(Protocol):
+    """A source that sets the pace: its frames come when the camera has them.
+
+    `read` waits for the next one, a second at most, and its `captured_at_ns` is monotonic time
+    (`time.monotonic_ns`), which all processes of a machine share.
+    """
+
+    @property
+    def is_live(self) -> bool:
+        """Whether it is a camera."""
+
+
+def is_live(source: Source) -> bool:
+    """Whether a source's frames come when the camera has them; recordings wait to be read."""
+    return isinstance(source, LiveSource) and source.is_live

@@ -1,0 +1,1 @@
+"""Recordings of what a station saw and said, as MCAP files; and their replay."""
