@@ -22,6 +22,7 @@ from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
 from snapfit.server.request_clock import RequestClock
 from snapfit.server.routes import (
+    anchors,
     assembly,
     assets,
     commands,
@@ -87,6 +88,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         poses.router,
         assembly.router,
         commands.router,
+        anchors.router,
         events.router,
         pictures.router,
     ):

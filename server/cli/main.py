@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from snapfit.server.cli.anchor import anchor_app
 from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.benchmark import benchmark
 from snapfit.server.cli.dataset import dataset_app
@@ -24,6 +25,7 @@ app = typer.Typer(
 )
 for command in (demo, serve, track, benchmark, train, openapi):
     app.command()(command)
+app.add_typer(anchor_app, name="anchor")
 app.add_typer(asset_app, name="asset")
 app.add_typer(dataset_app, name="dataset")
 
