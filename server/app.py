@@ -23,6 +23,7 @@ from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
 from snapfit.server.request_clock import RequestClock
 from snapfit.server.routes import (
+    anchors,
     assembly,
     assets,
     commands,
@@ -89,6 +90,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         poses.router,
         assembly.router,
         commands.router,
+        anchors.router,
         events.router,
         pictures.router,
     ):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 _LARGEST_M = 2.0
 _SMALLEST_M = 0.01
@@ -20,6 +20,19 @@ class MarkerDictionary(StrEnum):
     DICT_5X5_100 = "DICT_5X5_100"
     DICT_6X6_250 = "DICT_6X6_250"
     DICT_APRILTAG_36H11 = "DICT_APRILTAG_36H11"
+
+    @property
+    def size(self) -> int:
+        """How many markers it has."""
+        return _SIZES[self]
+
+
+_SIZES = {
+    MarkerDictionary.DICT_4X4_50: 50,
+    MarkerDictionary.DICT_5X5_100: 100,
+    MarkerDictionary.DICT_6X6_250: 250,
+    MarkerDictionary.DICT_APRILTAG_36H11: 587,
+}
 
 
 class _Board(BaseModel):
@@ -41,6 +54,15 @@ class CharucoBoard(_Board):
         default=MarkerDictionary.DICT_5X5_100, description="OpenCV's dictionary of markers."
     )
 
+    @model_validator(mode="after")
+    def _fits(self) -> CharucoBoard:
+        if self.marker_m >= self.square_m:
+            raise ValueError("marker_m must be smaller than square_m: a marker lies in a square")
+        markers = self.columns * self.rows // 2
+        if markers > self.dictionary.size:
+            raise ValueError(f"{self.dictionary} has {self.dictionary.size} markers, not {markers}")
+        return self
+
 
 class ArucoMarker(_Board):
     """One square marker. Its frame: origin in its middle, x right, y down, z into it."""
@@ -51,6 +73,13 @@ class ArucoMarker(_Board):
     dictionary: MarkerDictionary = Field(
         default=MarkerDictionary.DICT_4X4_50, description="OpenCV's dictionary of markers."
     )
+
+    @model_validator(mode="after")
+    def _exists(self) -> ArucoMarker:
+        if self.id >= self.dictionary.size:
+            last = self.dictionary.size - 1
+            raise ValueError(f"the markers of {self.dictionary} have ids from 0 to {last}")
+        return self
 
 
 class QrCode(_Board):

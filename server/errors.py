@@ -36,6 +36,10 @@ class StoreError(SnapfitError):
     """A shared memory that is missing, of another version, damaged, or too small for a message."""
 
 
+class BoardError(SnapfitError):
+    """A board that cannot be, or does not fit the paper."""
+
+
 class WorkerRefusedError(SnapfitError):
     """A worker that could not start because of a file or a setting, in the worker's words."""
 

@@ -8,6 +8,7 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
+from snapfit.server.anchors import Anchor, Anchors
 from snapfit.server.answers import Answer, SnapshotAnswers
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
@@ -16,6 +17,7 @@ from snapfit.server.event_detector import EventDetector
 from snapfit.server.events import EventKind, EventLog
 from snapfit.server.fleet.keepers import MakeKeeper, keep_here
 from snapfit.server.logs.setup import chosen_logging
+from snapfit.server.marker_message import MarkerMessage
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
@@ -36,6 +38,7 @@ from snapfit.server.worker_spec import WorkerSpec
 _PICTURE_WAIT_S = 1.0
 _PICTURE_POLL_S = 0.01
 _PICTURE_WANTED_S = 2.0
+_ANCHOR_WAIT_S = 2.0
 _RETRY_AFTER_S = 1
 
 
@@ -57,6 +60,7 @@ class Station:
         watch: wakes whoever waits for the next snapshot.
         events: what happened here.
         commands: what the worker is ordered to do.
+        anchors: clients' worlds.
         state_clock: how long each assembly state has held.
     """
 
@@ -95,6 +99,10 @@ class Station:
         self.commands = CommandDesk(
             self.name, self._store, lambda: self._supervisor.status.pid is not None
         )
+        self.anchors = Anchors(
+            self.name, clock.now_us, self.commands.look_for, self._on_anchor_drift
+        )
+        self._markers_seen = 0
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
         self._asset: ExportedAsset | None = None
@@ -277,8 +285,29 @@ class Station:
         header = {"station": self.name, "at_us": self.now_us(), **known}
         self.events.add(kind, {**header, **data})
 
+    async def wait_for_anchor(self, anchor: Anchor) -> None:
+        """Until the camera has seen the anchor's board; gives up after two seconds."""
+        give_up_at_s = time.monotonic() + _ANCHOR_WAIT_S
+        while anchor.view.latest is None and time.monotonic() < give_up_at_s:
+            if not await self.watch.change(_ANCHOR_WAIT_S):
+                return
+
+    def _on_anchor_drift(self, anchor: Anchor) -> None:
+        drift = {} if anchor.drift is None else anchor.drift._asdict()
+        self.tell(EventKind.ANCHOR_DRIFT, {"anchor": anchor.name, **drift})
+
+    def _look_at_markers(self) -> None:
+        """Take in what the camera saw of markers since the last time."""
+        if self._store.markers.latest != self._markers_seen:
+            self._markers_seen = self._store.markers.latest
+            message = self._store.markers.read()
+            if message is not None:
+                self.anchors.seen(MarkerMessage.model_validate_json(message.payload))
+        self.anchors.expire()
+
     def _on_moment(self) -> None:
         """Another snapshot, or the latest one has become stale."""
+        self._look_at_markers()
         answers = self._newest()
         if answers is not None:
             stale = self._is_stale(answers)

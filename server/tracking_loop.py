@@ -16,6 +16,7 @@ from snapfit.models.pose import Pose
 from snapfit.server.asset_export import export_asset
 from snapfit.server.clock import Clock
 from snapfit.server.command_runner import CommandRunner
+from snapfit.server.marker_watch import MarkerWatch
 from snapfit.server.pictures import PictureMaker
 from snapfit.server.pipeline import Pipeline
 from snapfit.server.pose_store import PoseStore
@@ -60,6 +61,7 @@ class TrackingLoop:
         self._store = store
         self._reporter = reporter
         self._clock = clock
+        self._boot_id = spec.boot_id
         # Who finds the parts by himself needs no first pose: they are `searching` until then.
         self._started = pipeline.finding is not None
         facts = _facts(pipeline)
@@ -84,6 +86,12 @@ class TrackingLoop:
             TrackingError: tracking cannot be started from the source's initial poses.
         """
         pictures = PictureMaker(self._store, self._pipeline)
+        markers = MarkerWatch(
+            self._store,
+            self._boot_id,
+            self._pipeline.source.camera.color,
+            lambda: self._commands.orders.boards,
+        )
         pacer = None
         if not is_live(self._pipeline.source):
             pacer = Pacer(self._pipeline.source.frame_rate_hz)
@@ -92,7 +100,7 @@ class TrackingLoop:
             while not stop.is_set():
                 due_ns = None if pacer is None else pacer.wait(stop)
                 self._commands.run()
-                if not self._next_frame(due_ns, pictures):
+                if not self._next_frame(due_ns, pictures, markers):
                     self._reporter.report(Phase.ENDED, "the source has ended")
                     break
                 self._commands.reply()
@@ -103,8 +111,9 @@ class TrackingLoop:
                 self._reporter.beat()
         finally:
             pictures.close()
+            markers.close()
 
-    def _next_frame(self, due_ns: int | None, pictures: PictureMaker) -> bool:
+    def _next_frame(self, due_ns: int | None, pictures: PictureMaker, markers: MarkerWatch) -> bool:
         """One frame, from the source to the store; False at the source's end."""
         try:
             frame = self._pipeline.source.read()
@@ -117,7 +126,9 @@ class TrackingLoop:
         # Those of a camera carry their own time.
         at_ns = frame.captured_at_ns if due_ns is None else due_ns
         at_ns += self._clock.wall_minus_monotonic_ns
-        self._track(replace(frame, captured_at_ns=at_ns), pictures)
+        frame = replace(frame, captured_at_ns=at_ns)
+        markers.offer(frame)
+        self._track(frame, pictures)
         return True
 
     def _track(self, frame: Frame, pictures: PictureMaker) -> None:

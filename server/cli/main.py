@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from snapfit.server.cli.anchor import anchor_app
 from snapfit.server.cli.asset import asset_app
 from snapfit.server.cli.benchmark import benchmark
 from snapfit.server.cli.calibrate import calibrate_app
@@ -41,6 +42,7 @@ for command in (
     openapi,
 ):
     app.command()(command)
+app.add_typer(anchor_app, name="anchor")
 app.add_typer(asset_app, name="asset")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(dataset_app, name="dataset")

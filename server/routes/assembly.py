@@ -18,7 +18,10 @@ from snapfit.server.watch import by_revision
 router = APIRouter(tags=["assembly"])
 
 _PROBLEMS = problem_responses(
-    HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENTITY, HTTPStatus.SERVICE_UNAVAILABLE
+    HTTPStatus.NOT_FOUND,
+    HTTPStatus.CONFLICT,
+    HTTPStatus.UNPROCESSABLE_ENTITY,
+    HTTPStatus.SERVICE_UNAVAILABLE,
 )
 _RESPONSES: dict[int | str, dict[str, Any]] = {
     HTTPStatus.NO_CONTENT.value: {
@@ -79,16 +82,16 @@ async def get_assembly(
 @router.get("/steps", responses=_PROBLEMS)
 async def get_steps(station: OneStation, query: WantedView) -> StepList:
     """All steps of the asset under assembly, and where each stands."""
-    return station.steps(query.view()).all()
+    return station.steps(query.view(station)).all()
 
 
 @router.get("/steps/current", responses=_PROBLEMS)
 async def get_current_step(station: OneStation, query: WantedView) -> StepAnswer:
     """The step that can be taken now, or the first of several."""
-    return station.steps(query.view()).current()
+    return station.steps(query.view(station)).current()
 
 
 @router.get("/steps/{step}", responses=_PROBLEMS)
 async def get_step(station: OneStation, step: StepName, query: WantedView) -> StepAnswer:
     """One step."""
-    return station.steps(query.view()).named(step)
+    return station.steps(query.view(station)).named(step)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from http import HTTPStatus
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Query, Response
+from fastapi import APIRouter, Depends, Path, Response
 from fastapi.responses import FileResponse
-from pydantic import BaseModel, ConfigDict, Field
 
 from snapfit.server.asset_library import ExportedAsset
-from snapfit.server.conventions import Convention
 from snapfit.server.problems import problem_responses
 from snapfit.server.routes.dependencies import AllStations, IfNoneMatch, PartName
+from snapfit.server.routes.pose_query import WantedConvention
 from snapfit.server.schemas_assembly import AssetEntry, AssetInfo, AssetList
 
 router = APIRouter(prefix="/assets", tags=["assets"])
@@ -34,16 +33,6 @@ _MEDIA: dict[int | str, dict[str, Any]] = {
     },
     **_PROBLEMS,
 }
-
-
-class AssetQuery(BaseModel):
-    """How an asset's poses are to be given."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    convention: Convention = Field(
-        default=Convention.OPENCV, description="Axes and handedness of poses and points."
-    )
 
 
 async def named_asset(
@@ -68,7 +57,7 @@ async def get_assets(stations: AllStations) -> AssetList:
 
 
 @router.get("/{asset}", responses={**_PROBLEMS, **problem_responses(HTTPStatus(422))})
-async def get_asset(asset: NamedAsset, query: Annotated[AssetQuery, Query()]) -> AssetInfo:
+async def get_asset(asset: NamedAsset, query: WantedConvention) -> AssetInfo:
     """An asset: its parts, the assembly graph, the steps."""
     return asset.info_in(query.convention)
 

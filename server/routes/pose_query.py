@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from http import HTTPStatus
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import Depends, Query
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from snapfit.server.clock import Clock
 from snapfit.server.conventions import Convention
 from snapfit.server.problems import ProblemError
-from snapfit.server.view import View
+from snapfit.server.station import Station
+from snapfit.server.view import CAMERA, View
 
 LONGEST_WAIT_S = 60.0
 _FARTHEST_US = 10_000_000
@@ -19,8 +20,12 @@ LARGEST_INTEGER = 2**53
 """Beyond, a JavaScript number is no integer."""
 
 
-class ViewQuery(BaseModel):
-    """How poses are to be given."""
+ANCHOR_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
+_ANCHOR = "anchor:"
+
+
+class ConventionQuery(BaseModel):
+    """Along which axes an answer is to be given."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -30,13 +35,29 @@ class ViewQuery(BaseModel):
         "openxr x right, y up, z backward; unity x right, y up, z forward, left-handed; ros "
         "x forward, y left, z up.",
     )
-    frame: Literal["camera"] = Field(
-        default="camera", description="The frame that poses are given in."
+
+
+class ViewQuery(ConventionQuery):
+    """How poses are to be given."""
+
+    frame: str = Field(
+        default=CAMERA,
+        pattern=rf"^({CAMERA}|{_ANCHOR}{ANCHOR_NAME})$",
+        description="The frame that poses are given in: `camera`, or `anchor:ID`, the world of "
+        "the client that has put this anchor.",
     )
 
-    def view(self) -> View:
-        """As the answers understand it."""
-        return View(self.convention)
+    def view(self, station: Station) -> View:
+        """As the answers understand it.
+
+        Raises:
+            ProblemError: 404, there is no such anchor; 409, it is not aligned yet.
+        """
+        if self.frame == CAMERA:
+            return View(self.convention)
+        name = self.frame.removeprefix(_ANCHOR)
+        pose, revision = station.anchors.frame_from_camera(name)
+        return View(self.convention, self.frame, pose, revision)
 
 
 class PoseQuery(ViewQuery):
@@ -84,6 +105,10 @@ class PoseQuery(ViewQuery):
         return self.at_us
 
 
+async def _convention_query(query: Annotated[ConventionQuery, Query()]) -> ConventionQuery:
+    return query
+
+
 async def _view_query(query: Annotated[ViewQuery, Query()]) -> ViewQuery:
     return query
 
@@ -92,5 +117,6 @@ async def _pose_query(query: Annotated[PoseQuery, Query()]) -> PoseQuery:
     return query
 
 
+WantedConvention = Annotated[ConventionQuery, Depends(_convention_query)]
 WantedView = Annotated[ViewQuery, Depends(_view_query)]
 WantedPoses = Annotated[PoseQuery, Depends(_pose_query)]

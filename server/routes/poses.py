@@ -23,7 +23,10 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     },
     HTTPStatus.NOT_MODIFIED.value: {"description": "Nothing changed since If-None-Match."},
     **problem_responses(
-        HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENTITY, HTTPStatus.SERVICE_UNAVAILABLE
+        HTTPStatus.NOT_FOUND,
+        HTTPStatus.CONFLICT,
+        HTTPStatus.UNPROCESSABLE_ENTITY,
+        HTTPStatus.SERVICE_UNAVAILABLE,
     ),
 }
 
@@ -61,6 +64,6 @@ async def _poses(
     is_new = True
     if query.after_seq is not None and query.boot_id is not None:
         is_new = await station.watch.newer_than(query.boot_id, query.after_seq, query.timeout_s)
-    view = query.view()
+    view = query.view(station)
     answer = station.poses(view, at_us) if part is None else station.part(part, view, at_us)
     return reply(answer, clock.now_us(), if_none_match, is_new=is_new or answer.is_stale)

@@ -14,12 +14,12 @@ from snapfit.server.routes.dependencies import station_of
 from snapfit.server.routes.pose_query import ViewQuery
 from snapfit.server.station import Station
 from snapfit.server.stream_response import SEND_LIMIT_S
-from snapfit.server.view import View
 
 router = APIRouter()
 
 _WAIT_S = 0.5
 _CLOSE_LIMIT_S = 0.5
+_POLICY = 1008
 _TRY_AGAIN_LATER = 1013
 _GOING_AWAY = 1001
 _LOG = logging.getLogger(__name__)
@@ -30,14 +30,15 @@ async def stream(websocket: WebSocket) -> None:
     """Sends a `PoseSnapshot` for every frame that the client can take."""
     try:
         station = await station_of(websocket, websocket.app.state.stations)
-        view = _query(websocket).view()
+        query = _query(websocket)
+        query.view(station)  # told now, while it can be told as a problem
     except ProblemError as error:
         await websocket.send_denial_response(problem_response(websocket.url.path, error))
         return
     await websocket.accept()
     reading = asyncio.create_task(_read(websocket))
     try:
-        code = await _send_all(websocket, station, view, reading)
+        code = await _send_all(websocket, station, query, reading)
         async with asyncio.timeout(_CLOSE_LIMIT_S):
             await websocket.close(code)
     except (WebSocketDisconnect, RuntimeError, TimeoutError):
@@ -55,13 +56,17 @@ def _query(websocket: WebSocket) -> ViewQuery:
 
 
 async def _send_all(
-    websocket: WebSocket, station: Station, view: View, reading: asyncio.Task[None]
+    websocket: WebSocket, station: Station, query: ViewQuery, reading: asyncio.Task[None]
 ) -> int:
     """Until the client leaves, does not read, or the server ends: how to close."""
     sent = None
     while not reading.done():
         moment = station.moment()
         if moment is not None and moment != sent:
+            try:
+                view = query.view(station)
+            except ProblemError:  # the anchor has expired
+                return _POLICY
             body = station.poses(view).body(station.now_us())
             try:
                 async with asyncio.timeout(SEND_LIMIT_S):

@@ -7,6 +7,7 @@ and what else is to happen:
     loose (no asset)
     finds (a detector: all parts are found a third of a second after they are looked for)
     frame-by-frame (a tracker that keeps nothing)
+    marker (an ArUco marker is seen)
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from drawn_boards import draw_board
 from scripted_assembly import STATES, STEPS, ScriptedJudge
 from wall_clock import step_back
 
@@ -24,6 +26,7 @@ from snapfit.models.asset import Asset, Part
 from snapfit.models.camera import AZURE_KINECT_720P, PinholeCamera, RgbdCamera
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Pose
+from snapfit.server.boards import ArucoMarker
 from snapfit.server.pipeline import Image, Pipeline, Report
 from snapfit.server.worker_spec import WorkerSpec
 from snapfit.tracking.errors import FrameError, SourceError
@@ -39,6 +42,10 @@ CAMERA = RgbdCamera(AZURE_KINECT_720P.scaled(0.25), depth=PinholeCamera(64, 48, 
 END_AFTER_FRAMES = 10
 FRAMES_A_STATE = 10
 FRAMES_TO_FIND = 10
+MARKER = ArucoMarker(kind="aruco", id=7, size_m=0.25)
+CAMERA_FROM_MARKER = Pose.from_rotation_translation(
+    Pose.exp([0.6, 0.5, 0.3, 0, 0, 0]).rotation, (0.02, 0.01, 0.5)
+)
 CLASS_IDS = {name: 7 + place for place, name in enumerate(PART_NAMES)}
 
 
@@ -75,6 +82,8 @@ class ScriptedSource:
         if self._fault == "bad-frames" and self._number % 3 == 0:
             raise FrameError(f"{self._number:06d}", "the depth image is missing")
         color = np.full((180, 320, 3), self._number % 256, dtype=np.uint8)
+        if self._fault == "marker":
+            color = draw_board(MARKER, CAMERA.color, CAMERA_FROM_MARKER)
         return Frame(f"{self._number:06d}", 0, color)
 
     def close(self) -> None:
