@@ -10,7 +10,7 @@ import httpx
 import pytest
 from harness import Server, running, wait_for
 
-from snapfit.server.schemas import Problem
+from snapfit.server.schemas_base import Problem
 from snapfit.server.security.key_file import add_key, remove_key
 from snapfit.server.security.key_hash import new_key
 from snapfit.server.security.roles import Role

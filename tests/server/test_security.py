@@ -10,7 +10,7 @@ import httpx
 import pytest
 from harness import Server, running, wait_for
 
-from snapfit.server.schemas import Problem
+from snapfit.server.schemas_base import Problem
 
 
 def assert_problem(answer: httpx.Response, status: int, kind: str) -> None:
