@@ -7,7 +7,7 @@ tried out without its link, in turns, so that a part that comes off is noticed.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from snapfit.models.asset import Asset
@@ -107,8 +107,15 @@ class GraphFollower:
         self._judge.set_state(state)
         return self._link()
 
-    def follow(self, estimates: Sequence[PartEstimate]) -> tuple[AssemblyEstimate, tuple[str, ...]]:
-        """Judge a frame, and link or unlink parts; returns the parts whose pose jumped, too."""
+    def follow(
+        self, estimates: Sequence[PartEstimate], absent: Collection[str] = ()
+    ) -> tuple[AssemblyEstimate, tuple[str, ...]]:
+        """Judge a frame, and link or unlink parts; returns the parts whose pose jumped, too.
+
+        Args:
+            estimates: of all parts, in order.
+            absent: linked parts whose places are seen without them.
+        """
         if self._parameters.is_told:
             return self._told(), ()
         self._frame += 1
@@ -131,6 +138,7 @@ class GraphFollower:
                 each.visibility,
                 free.get(each.part),
                 self._is_seen[each.part],
+                each.part in absent,
             )
             for body, each in enumerate(estimates)
         ]

@@ -183,7 +183,7 @@ class Tracker:
             self._optimiser.trust(body, well_known=known or each.status is Status.PREDICTED)
         assembly = None
         if self._graph is not None:
-            assembly, jumped = self._graph.follow(estimates)
+            assembly, jumped = self._graph.follow(estimates, self._absent(estimates, frame))
             self._halt(self.names.index(name) for name in jumped)
         if self._recovery is not None and frame is not None:
             self._halt(self._recovery.follow(frame, estimates))
@@ -251,6 +251,17 @@ class Tracker:
         if self._graph is None:
             raise TrackingError("this method follows no assembly graph: there is no state to set")
         self._halt(self.names.index(name) for name in self._graph.set_state(state))
+
+    def _absent(self, estimates: Sequence[PartEstimate], frame: Frame | None) -> list[str]:
+        """Linked parts that are not seen although their places are."""
+        if frame is None:
+            return []
+        return [
+            each.part
+            for body, each in enumerate(estimates)
+            if each.status is Status.INFERRED and each.camera_from_body is not None
+            if self._seen_through.is_vacant(frame, body, each.camera_from_body)
+        ]
 
     def _index(self, name: str) -> int:
         if name not in self.names:

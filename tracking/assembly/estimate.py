@@ -48,6 +48,7 @@ class PartObservation:
             none, or is not linked.
         is_sure: whether it is seen by itself, and agrees with the image about as well as it does
             when all is well: a part that was found again at a place where it is not seldom does.
+        is_absent: whether the place where its link has it is seen, and it is not there.
     """
 
     part: str
@@ -58,6 +59,7 @@ class PartObservation:
     visibility: float = 1.0
     free_camera_from_body: Pose | None = None
     is_sure: bool = True
+    is_absent: bool = False
 
 
 class MisassemblyKind(StrEnum):

@@ -32,15 +32,30 @@ class Undoing:
         if self._held:
             self._turn = (self._turn + 1) % len(self._held)
         for i, measure in enumerate(self._held):
+            self._miss(i, measure, observations)
             # One link a frame, and those that are in doubt: each is measured every few frames.
             if i != self._turn and self._counts[i] == 0:
                 continue
             child = observations.get(measure.link.child)
             parent = observations.get(measure.link.parent)
-            if child is None or parent is None:
+            if child is None or parent is None or child.is_absent:
                 continue
             if child.visibility >= self._parameters.least_visibility:
                 self._judge(i, measure, child.free_camera_from_body, parent.camera_from_body)
+
+    def _miss(
+        self, i: int, measure: LinkMeasure, observations: Mapping[str, PartObservation]
+    ) -> None:
+        """Counts a child that is not where its link has it, and is not found elsewhere either."""
+        child = observations.get(measure.link.child)
+        parent = observations.get(measure.link.parent)
+        if child is None or parent is None or not child.is_absent:
+            return
+        if child.camera_from_body is None or parent.camera_from_body is None:
+            return
+        relative = parent.camera_from_body.inverse() @ child.camera_from_body
+        self._fits[i] = measure.fit(relative.matrix)
+        self._counts[i] += 1
 
     def contradicted(self, is_held: bool) -> LinkFit | None:
         """The measurement of a link that no longer holds.
