@@ -79,5 +79,9 @@ class LogToRecording(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Hand a line over."""
-        text = record.getMessage()
+        try:
+            text = record.getMessage()
+        except (TypeError, ValueError):  # a line whose arguments do not fit it
+            self.handleError(record)
+            return
         self._recorder.log(round(record.created * 1e9), record.levelno, text, record.name)
