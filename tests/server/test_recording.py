@@ -24,6 +24,8 @@ from snapfit.tracking.recording.comparison import Comparison
 from snapfit.tracking.recording.reading import OpenRecording
 from snapfit.tracking.recording.records import ResultRecord
 from snapfit.tracking.recording.replay import Replay
+from snapfit.tracking.recording.tracking import RecordingControls, RecordingTracker
+from snapfit.tracking.tracker import Tracker
 
 FRAMES_BEFORE_THE_KILL = 60
 
@@ -126,6 +128,41 @@ def test_the_command_says_so(killed: Path, tmp_path: Path) -> None:
     assert "was not finished" in done.output
     assert "all the same, bit for bit" in done.output
     assert out.read_text().count("\n") >= 3 * FRAMES_BEFORE_THE_KILL
+
+
+class OperatorOf:
+    """What an operator does to the tracker proper."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self.set_state, self.search = tracker.set_state, tracker.stop
+
+
+def test_what_an_operator_did_is_done_again(scene: tuple[Path, Path], tmp_path: Path) -> None:
+    source, bundle = scene
+    pipeline = opened(source, bundle, tmp_path)
+    recorded = pipeline.tracker
+    assert isinstance(recorded, RecordingTracker)
+    proper = recorded._tracker._tracker  # type: ignore[attr-defined]
+    controls = RecordingControls(OperatorOf(proper), recorded._events)
+    for _ in range(200):
+        if play(pipeline, 1, pause_s=0.05) == 2:
+            break
+    controls.search("base")
+    last = pipeline.source.asset.states[-1].name  # type: ignore[union-attr]
+    controls.set_state(last)
+    play(pipeline, 20, pause_s=0.05)
+    pipeline.close()
+    (path,) = tmp_path.glob("*.mcap")
+    comparison = Comparison()
+    with closing(OpenRecording(path)) as recording:
+        records = [recording.record(each) for each in recording.results]
+        for each in Replay(recording).run():
+            comparison.add(each)
+    kinds = [event.kind for record in records for event in record.events]
+    assert {"stop", "set_state"} <= set(kinds)
+    assert last in {record.state for record in records}
+    assert comparison.is_identical, comparison
+    assert comparison.poses > 10
 
 
 def test_a_method_without_a_detector_beside_replays_the_same(

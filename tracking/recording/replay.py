@@ -138,6 +138,8 @@ class Replay:
         )
         self._lookout = _RecordedLookout(station.finds)
         self._catch_up = _RecordedCatchUp()
+        # An operator acts on the tracker proper.
+        self._proper: Any = tracker
         self._tracker: Any = tracker
         if station.detector is not None and isinstance(tracker, Tracker):
             self._tracker = self_starting(
@@ -167,9 +169,9 @@ class Replay:
                 poses = {name: pose_of(matrix) for name, matrix in event.poses.items()}
                 tracker.start(frame, poses)
             elif event.kind == "set_state":
-                tracker.set_state(event.name)
+                self._proper.set_state(event.name)
             elif event.kind == "stop":
-                tracker.stop(event.name)
+                self._proper.stop(event.name)
         result: TrackingResult = tracker.track(frame)
         return result
 

@@ -19,7 +19,11 @@ from snapfit.tracking.recording.events import EventLog
 from snapfit.tracking.recording.reading import OpenRecording
 from snapfit.tracking.recording.records import EventRecord, found_event, found_of, result_fields
 from snapfit.tracking.recording.replay import Replayed
-from snapfit.tracking.recording.tracking import LogToRecording, RecordingTracker
+from snapfit.tracking.recording.tracking import (
+    LogToRecording,
+    RecordingControls,
+    RecordingTracker,
+)
 
 FOUND = Found("000001", (Hypothesis("box", recordings.pose(3), 1 / 3, True),), 12.5, "a problem")
 
@@ -45,7 +49,7 @@ class FakeTracker:
     names = ("box",)
 
     def __init__(self, lookout) -> None:
-        self.lookout, self.states = lookout, []
+        self.lookout = lookout
 
     def start(self, frame, poses) -> None:
         del frame
@@ -59,12 +63,14 @@ class FakeTracker:
             raise FrameError(frame.name, "does not fit")
         return recordings.result(number)
 
-    def set_state(self, state: str) -> None:
-        self.states.append(state)
 
-    def stop(self, name: str) -> None:
-        if name != "box":
-            raise TrackingError(f"no part {name}")
+class FakeControls:
+    def set_state(self, state: str) -> None:
+        assert state == "closed"
+
+    def search(self, part: str) -> None:
+        if part != "box":
+            raise TrackingError(f"no part {part}")
 
 
 def test_what_came_is_with_the_frame_before_which_it_came(tmp_path: Path) -> None:
@@ -75,10 +81,11 @@ def test_what_came_is_with_the_frame_before_which_it_came(tmp_path: Path) -> Non
         tracker.start(recordings.frame(0), {})
     tracker.start(recordings.frame(0), {"box": recordings.pose(1)})
     tracker.track(recordings.frame(0))
-    tracker.set_state("closed")
-    tracker.stop("box")
+    controls = RecordingControls(FakeControls(), events)
+    controls.set_state("closed")
+    controls.search("box")
     with pytest.raises(TrackingError):
-        tracker.stop("lid")
+        controls.search("lid")
     tracker.track(recordings.frame(1))
     with pytest.raises(FrameError):
         tracker.track(recordings.frame(2))
