@@ -135,7 +135,7 @@ def test_the_viewer_gets_images_cameras_and_parts(
         assert write_rerun(opened, tmp_path / "out.rrd") == 2
         with pytest.raises(RecordingError, match="there is no folder"):
             write_rerun(opened, tmp_path / "nowhere" / "out.rrd")
-        stamps = [each.record.captured_at_ns for each in opened.results]
+        stamps = [each.captured_at_ns for each in opened.results]
     assert fake.saved == [str(tmp_path / "out.rrd")]
     assert [np.datetime64(time).astype(int) for time in fake.times] == stamps
     kinds = [(entity, kind) for entity, kind, _ in fake.logged]

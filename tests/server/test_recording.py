@@ -22,7 +22,10 @@ from typer.testing import CliRunner
 from snapfit.server.cli.main import app
 from snapfit.tracking.recording.comparison import Comparison
 from snapfit.tracking.recording.reading import OpenRecording
+from snapfit.tracking.recording.records import ResultRecord
 from snapfit.tracking.recording.replay import Replay
+from snapfit.tracking.recording.tracking import RecordingControls, RecordingTracker
+from snapfit.tracking.tracker import Tracker
 
 FRAMES_BEFORE_THE_KILL = 60
 
@@ -60,12 +63,13 @@ def test_what_was_written_before_a_kill_is_there(recording: OpenRecording) -> No
     assert recording.problem is not None
     assert "was not finished" in recording.problem
     assert len(recording.results) >= FRAMES_BEFORE_THE_KILL
-    numbers = [each.record.number for each in recording.results]
+    numbers = [each.number for each in recording.results]
     assert numbers == list(range(len(numbers)))
     assert recording.n_unrecorded == 0
-    kinds = {event.kind for each in recording.results for event in each.record.events}
+    records = [recording.record(each) for each in recording.results]
+    kinds = {event.kind for each in records for event in each.events}
     assert {"found", "caught_up"} <= kinds
-    n_poses = sum(p.camera_from_body is not None for r in recording.results for p in r.record.parts)
+    n_poses = sum(p.camera_from_body is not None for r in records for p in r.parts)
     assert n_poses > FRAMES_BEFORE_THE_KILL / 2
 
 
@@ -78,10 +82,19 @@ def test_a_replay_gives_the_same_poses_bit_for_bit(recording: OpenRecording) -> 
     assert comparison.poses > FRAMES_BEFORE_THE_KILL / 2
 
 
-def test_without_the_finders_answers_it_would_be_another(recording: OpenRecording) -> None:
+def records_of(recording: OpenRecording, monkeypatch: pytest.MonkeyPatch) -> list[ResultRecord]:
+    """The records, to be changed for the replay."""
+    records = [recording.record(each) for each in recording.results]
+    monkeypatch.setattr(recording, "record", lambda result: records[result.number])
+    return records
+
+
+def test_without_the_finders_answers_it_would_be_another(
+    recording: OpenRecording, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """So the comparison can fail, and the answers are needed."""
-    for each in recording.results:
-        each.record.events.clear()
+    for record in records_of(recording, monkeypatch):
+        record.events.clear()
     comparison = Comparison()
     for each in Replay(recording).run():
         comparison.add(each)
@@ -89,14 +102,17 @@ def test_without_the_finders_answers_it_would_be_another(recording: OpenRecordin
     assert comparison.different > 0
 
 
-def test_a_start_that_comes_a_frame_late_is_noticed(recording: OpenRecording) -> None:
+def test_a_start_that_comes_a_frame_late_is_noticed(
+    recording: OpenRecording, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The frame in which it came counts."""
+    records = records_of(recording, monkeypatch)
     first = next(
-        each.record
-        for each in recording.results
-        if any(event.kind == "caught_up" and event.poses for event in each.record.events)
+        record
+        for record in records
+        if any(event.kind == "caught_up" and event.poses for event in record.events)
     )
-    after = recording.results[first.number + 1].record
+    after = records[first.number + 1]
     after.events[:0] = first.events
     first.events.clear()
     comparison = Comparison()
@@ -112,6 +128,41 @@ def test_the_command_says_so(killed: Path, tmp_path: Path) -> None:
     assert "was not finished" in done.output
     assert "all the same, bit for bit" in done.output
     assert out.read_text().count("\n") >= 3 * FRAMES_BEFORE_THE_KILL
+
+
+class OperatorOf:
+    """What an operator does to the tracker proper."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self.set_state, self.search = tracker.set_state, tracker.stop
+
+
+def test_what_an_operator_did_is_done_again(scene: tuple[Path, Path], tmp_path: Path) -> None:
+    source, bundle = scene
+    pipeline = opened(source, bundle, tmp_path)
+    recorded = pipeline.tracker
+    assert isinstance(recorded, RecordingTracker)
+    proper = recorded._tracker._tracker  # type: ignore[attr-defined]
+    controls = RecordingControls(OperatorOf(proper), recorded._events)
+    for _ in range(200):
+        if play(pipeline, 1, pause_s=0.05) == 2:
+            break
+    controls.search("base")
+    last = pipeline.source.asset.states[-1].name  # type: ignore[union-attr]
+    controls.set_state(last)
+    play(pipeline, 20, pause_s=0.05)
+    pipeline.close()
+    (path,) = tmp_path.glob("*.mcap")
+    comparison = Comparison()
+    with closing(OpenRecording(path)) as recording:
+        records = [recording.record(each) for each in recording.results]
+        for each in Replay(recording).run():
+            comparison.add(each)
+    kinds = [event.kind for record in records for event in record.events]
+    assert {"stop", "set_state"} <= set(kinds)
+    assert last in {record.state for record in records}
+    assert comparison.is_identical, comparison
+    assert comparison.poses > 10
 
 
 def test_a_method_without_a_detector_beside_replays_the_same(

@@ -43,7 +43,7 @@ class Comparison:
 
     def add(self, replayed: Replayed) -> None:
         """Compares one frame."""
-        record = replayed.recorded.record
+        record = replayed.record
         if replayed.frame is None:
             self.unrecorded += 1
             return

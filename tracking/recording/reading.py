@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import orjson
 from pydantic import ValidationError
 
 from snapfit.models.asset import Asset, Part, find_asset
@@ -32,9 +33,20 @@ from snapfit.tracking.recording.station import loose_part
 
 @dataclass(frozen=True)
 class RecordedResult:
-    """A frame of a recording: what is written of it, and where its images lie, if anywhere."""
+    """A frame of a recording; of hours of them little more can be kept in memory.
 
-    record: ResultRecord
+    Attributes:
+        number: counts the frames that came.
+        frame: its name.
+        captured_at_ns: time of exposure, Unix time, ns.
+        place: where what was said of it lies.
+        images: where its images lie; None where they were not recorded.
+    """
+
+    number: int
+    frame: str
+    captured_at_ns: int
+    place: ChunkPlace
     images: ChunkPlace | None
 
 
@@ -75,21 +87,33 @@ class OpenRecording:
         """Frames that came and have no images here."""
         return sum(each.images is None for each in self.results)
 
+    def record(self, result: RecordedResult) -> ResultRecord:
+        """What is written of a frame.
+
+        Raises:
+            RecordingError: it is damaged, or of another version of snapfit.
+        """
+        try:
+            data = dict(self._messages(result.place))[RESULT_TOPIC]
+            return ResultRecord.model_validate_json(data)
+        except ValidationError as error:
+            problem = f"frame {result.frame}: is of another version of snapfit: {error}"
+            raise RecordingError(self.path, problem) from error
+
     def frame(self, result: RecordedResult) -> Frame:
         """The images of a frame; safe to use from any thread.
 
         Raises:
             FrameError: they were not recorded, or are damaged.
         """
-        record = result.record
         color, depth = self.encoded(result)
         if color is None:
-            raise FrameError(record.frame, "was not recorded: there was no time to write it")
+            raise FrameError(result.frame, "was not recorded: there was no time to write it")
         frame = Frame(
-            record.frame,
-            record.captured_at_ns,
-            decode(record.frame, "colour", color, np.uint8, 3),
-            None if depth is None else decode(record.frame, "depth", depth, np.uint16, 2),
+            result.frame,
+            result.captured_at_ns,
+            decode(result.frame, "colour", color, np.uint8, 3),
+            None if depth is None else decode(result.frame, "depth", depth, np.uint16, 2),
         )
         check_frame(frame, self.camera)
         return frame
@@ -105,7 +129,7 @@ class OpenRecording:
         try:
             messages = dict(self._messages(result.images))
         except RecordingError as error:
-            raise FrameError(result.record.frame, error.problem) from error
+            raise FrameError(result.frame, error.problem) from error
         color, depth = messages.get(COLOR_TOPIC), messages.get(DEPTH_TOPIC)
         return (
             None if color is None else foxglove.image_data(color),
@@ -166,7 +190,7 @@ class OpenRecording:
                 continue
             try:
                 self._read_chunk(place, images)
-            except (RecordingError, ValidationError) as error:
+            except (RecordingError, KeyError, orjson.JSONDecodeError) as error:
                 # What is before it can still be used.
                 self.problem = f"is damaged: nothing after frame {len(self.results)} is read"
                 if not self.results:
@@ -179,9 +203,10 @@ class OpenRecording:
     def _read_chunk(self, place: ChunkPlace, images: ChunkPlace | None) -> None:
         for topic, data in self._messages(place):
             if topic == RESULT_TOPIC:
-                record = ResultRecord.model_validate_json(data)
-                seen = images if record.has_images else None
-                self.results.append(RecordedResult(record, seen))
+                told = orjson.loads(data)
+                seen = images if told["has_images"] else None
+                names = told["number"], told["frame"], told["captured_at_ns"]
+                self.results.append(RecordedResult(*names, place, seen))
             elif topic == LOG_TOPIC:
                 self.log.append(foxglove.log_text(data))
 

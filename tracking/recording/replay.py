@@ -15,8 +15,8 @@ from snapfit.tracking.finding.create import self_starting
 from snapfit.tracking.finding.lookout import Found
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.methods import Progress, create_tracker
-from snapfit.tracking.recording.reading import OpenRecording, RecordedResult
-from snapfit.tracking.recording.records import EventRecord, found_of, pose_of
+from snapfit.tracking.recording.reading import OpenRecording
+from snapfit.tracking.recording.records import EventRecord, ResultRecord, found_of, pose_of
 from snapfit.tracking.result import TrackingResult
 from snapfit.tracking.tracker import Tracker
 
@@ -26,13 +26,13 @@ class Replayed:
     """A frame of a recording, tracked again.
 
     Attributes:
-        recorded: what was said of it then.
+        record: what was said of it then.
         frame: its images; None where there are none in the recording.
         result: what is said of it now; None where it cannot be tracked.
         error: why not.
     """
 
-    recorded: RecordedResult
+    record: ResultRecord
     frame: Frame | None
     result: TrackingResult | None
     error: str | None = None
@@ -138,6 +138,8 @@ class Replay:
         )
         self._lookout = _RecordedLookout(station.finds)
         self._catch_up = _RecordedCatchUp()
+        # An operator acts on the tracker proper.
+        self._proper: Any = tracker
         self._tracker: Any = tracker
         if station.detector is not None and isinstance(tracker, Tracker):
             self._tracker = self_starting(
@@ -147,16 +149,17 @@ class Replay:
     def run(self) -> Iterator[Replayed]:
         """Tracks frame after frame; those that were not recorded are passed over."""
         for recorded in self.recording.results:
+            record = self.recording.record(recorded)
             try:
                 frame = self.recording.frame(recorded)
             except FrameError as error:
-                self._bring(recorded.record.events)
-                yield Replayed(recorded, None, None, str(error))
+                self._bring(record.events)
+                yield Replayed(record, None, None, str(error))
                 continue
             try:
-                yield Replayed(recorded, frame, self._track(frame, recorded.record.events))
+                yield Replayed(record, frame, self._track(frame, record.events))
             except SnapfitError as error:
-                yield Replayed(recorded, frame, None, str(error))
+                yield Replayed(record, frame, None, str(error))
 
     def _track(self, frame: Frame, events: Sequence[EventRecord]) -> TrackingResult:
         tracker = self._tracker
@@ -166,9 +169,9 @@ class Replay:
                 poses = {name: pose_of(matrix) for name, matrix in event.poses.items()}
                 tracker.start(frame, poses)
             elif event.kind == "set_state":
-                tracker.set_state(event.name)
+                self._proper.set_state(event.name)
             elif event.kind == "stop":
-                tracker.stop(event.name)
+                self._proper.stop(event.name)
         result: TrackingResult = tracker.track(frame)
         return result
 

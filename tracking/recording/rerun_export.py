@@ -12,7 +12,7 @@ from snapfit.models.asset import Asset
 from snapfit.models.camera import PinholeCamera
 from snapfit.tracking.errors import RecordingError
 from snapfit.tracking.recording.reading import OpenRecording, RecordedResult
-from snapfit.tracking.recording.records import pose_of
+from snapfit.tracking.recording.records import ResultRecord, pose_of
 
 _TIMELINE = "time"
 
@@ -48,10 +48,10 @@ def write_rerun(opened: OpenRecording, out: Path, asset: Asset | None = None) ->
         )
         stream.log(f"camera/parts/{part.name}", mesh, static=True)
     for result in opened.results:
-        at = np.datetime64(result.record.captured_at_ns, "ns")
+        at = np.datetime64(result.captured_at_ns, "ns")
         stream.set_time(_TIMELINE, timestamp=at)
         _log_images(rr, stream, opened, result)
-        _log_result(rr, stream, result)
+        _log_result(rr, stream, opened.record(result))
     stream.disconnect()
     return len(opened.results)
 
@@ -85,8 +85,7 @@ def _log_images(rr: Any, stream: Any, opened: OpenRecording, result: RecordedRes
         stream.log("camera/depth", image)
 
 
-def _log_result(rr: Any, stream: Any, result: RecordedResult) -> None:
-    record = result.record
+def _log_result(rr: Any, stream: Any, record: ResultRecord) -> None:
     for each in record.parts:
         entity = f"camera/parts/{each.part}"
         if each.camera_from_body is None:

@@ -65,7 +65,7 @@ class McapSource(RecordedSource):
             directory=path,
             camera=opened.camera,
             frame_rate_hz=opened.station.frame_rate_hz,
-            frames=tuple(FrameFiles(each.record.frame, path, None) for each in self._shown),
+            frames=tuple(FrameFiles(each.frame, path, None) for each in self._shown),
             parts=parts,
             initial_poses={name: pose_of(pose) for name, pose in poses if name in names},
             asset=asset,

@@ -52,22 +52,41 @@ class RecordingTracker:
         self._recorder.add(frame, self._events.take(), result_fields(result))
         return result
 
-    def set_state(self, state: str) -> None:
-        """As the tracker's."""
-        self._told().set_state(state)
-        self._events.add(EventRecord(kind="set_state", name=state))
-
-    def stop(self, name: str) -> None:
-        """As the tracker's."""
-        self._told().stop(name)
-        self._events.add(EventRecord(kind="stop", name=name))
-
     def __getattr__(self, name: str) -> Any:
         """What does not change what the tracker does, its names for instance."""
         return getattr(self._tracker, name)
 
-    def _told(self) -> Any:
-        return self._tracker
+
+class OperatorControls(Protocol):
+    """What an operator can do to a tracker between two frames."""
+
+    def set_state(self, state: str) -> None:
+        """Says which assembly state holds."""
+
+    def search(self, part: str) -> None:
+        """Lets a part be looked for again."""
+
+
+class RecordingControls:
+    """Controls whose use is written down with the next frame.
+
+    Args:
+        controls: that act on the tracker proper, as a replay does.
+        events: of the recording.
+    """
+
+    def __init__(self, controls: OperatorControls, events: EventLog) -> None:
+        self._controls, self._events = controls, events
+
+    def set_state(self, state: str) -> None:
+        """As the controls'."""
+        self._controls.set_state(state)
+        self._events.add(EventRecord(kind="set_state", name=state))
+
+    def search(self, part: str) -> None:
+        """As the controls'."""
+        self._controls.search(part)
+        self._events.add(EventRecord(kind="stop", name=part))
 
 
 class LogToRecording(logging.Handler):
@@ -79,5 +98,9 @@ class LogToRecording(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Hand a line over."""
-        text = record.getMessage()
+        try:
+            text = record.getMessage()
+        except (TypeError, ValueError):  # a line whose arguments do not fit it
+            self.handleError(record)
+            return
         self._recorder.log(round(record.created * 1e9), record.levelno, text, record.name)

@@ -53,7 +53,7 @@ class Source(Protocol):
 class LiveSource(Protocol):
     """A source that sets the pace: its frames come when the camera has them.
 
-    `read` waits for the next one, a second at most, and its `captured_at_ns` is monotonic time
+    `read` waits for the next one, less than a second, and its `captured_at_ns` is monotonic time
     (`time.monotonic_ns`), which all processes of a machine share.
     """
 

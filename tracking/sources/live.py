@@ -34,7 +34,7 @@ class LiveTimes:
     """
 
     read_s: float = 0.5
-    answer_s: float = 1.0
+    answer_s: float = 0.5
     silent_s: float = 5.0
     first_delay_s: float = 0.5
     longest_delay_s: float = 10.0
@@ -164,7 +164,7 @@ class LiveCamera:
             _LOG.warning("camera %s: is there again", self.name)
             self._delay_s = self._times.first_delay_s
         self._number += 1
-        self._tell(news, "is slow: no frame for a second")
+        self._tell(news, f"is slow: no frame for {self._times.answer_s:g} s")
 
     def _tell(self, news: Frame | FrameError, state: str) -> None:
         with self._changed:

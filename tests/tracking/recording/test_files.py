@@ -45,7 +45,7 @@ def test_what_comes_back_is_what_was_written_bit_for_bit(path: Path) -> None:
             assert shown.depth is not None
             assert wanted.depth is not None
             assert shown.depth.tobytes() == wanted.depth.tobytes()
-            estimate = each.record.parts[0]
+            estimate = opened.record(each).parts[0]
             assert estimate.camera_from_body is not None
             pose = pose_of(estimate.camera_from_body)
             assert pose.matrix.tobytes() == recordings.pose(number).matrix.tobytes()

@@ -47,7 +47,7 @@ def test_frames_that_cannot_be_written_in_time_are_counted_and_nobody_waits(
     assert recorder.account.frames + recorder.account.dropped == 200
     with closing(OpenRecording(tmp_path / "bench.mcap")) as opened:
         # What was said is there, of frames without images too.
-        assert [each.record.number for each in opened.results] == list(range(200))
+        assert [each.number for each in opened.results] == list(range(200))
         assert opened.n_unrecorded == n_dropped == recorder.account.dropped
 
 
