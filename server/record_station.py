@@ -29,7 +29,11 @@ def with_recording(
     from snapfit.tracking.recording.events import EventLog
     from snapfit.tracking.recording.recorder import Recorder, new_path
     from snapfit.tracking.recording.station import loose_meshes, station_record
-    from snapfit.tracking.recording.tracking import LogToRecording, RecordingTracker
+    from snapfit.tracking.recording.tracking import (
+        LogToRecording,
+        RecordingControls,
+        RecordingTracker,
+    )
 
     events = EventLog()
     pipeline = with_finding(pipeline, spec, detector, report, events)
@@ -50,8 +54,10 @@ def with_recording(
         if pipeline.finding is not None:
             pipeline.finding.close()
         raise
+    controls = pipeline.controls
     return replace(
         pipeline,
+        controls=None if controls is None else RecordingControls(controls, events),
         tracker=RecordingTracker(pipeline.tracker, events, recorder),
         recording=_LoggedRecording(recorder, LogToRecording(recorder)),
     )
