@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -54,11 +53,6 @@ def redis_server() -> Iterator[Redis]:
         yield it
     finally:
         it.stop()
-
-
-def segments_of(pid: int) -> set[str]:
-    """The shared memory that a process uses, whatever others on this machine do."""
-    return set(re.findall(r"/dev/shm/(snapfit-\w+)", Path(f"/proc/{pid}/maps").read_text()))
 
 
 class WorkerMachine:

@@ -16,10 +16,9 @@ from fleet import (
     needs_redis,
     redis_server,
     replica,
-    segments_of,
     working,
 )
-from harness import Server, is_alive, segments, wait_for
+from harness import Server, is_alive, segments, segments_of, wait_for
 from scripted_pipeline import PART_NAMES
 
 from snapfit.server.schemas import PoseSnapshot
