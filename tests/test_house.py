@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import re
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -77,6 +78,14 @@ def test_ci_runs_every_python_that_is_promised() -> None:
     script = (ROOT / ".ci" / "run").read_text()
     assert "set -euo pipefail" in script
     assert script.rstrip().endswith("make test")
+
+
+@pytest.mark.parametrize("name", ["run", "audit"])
+def test_what_ci_runs_is_a_script_that_bash_understands(name: str) -> None:
+    script = ROOT / ".ci" / name
+    assert script.stat().st_mode & 0o111
+    done = subprocess.run(["bash", "-n", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_the_changelog_has_a_place_for_what_comes() -> None:

@@ -6,10 +6,10 @@
 | `snapfit:STATION:status` | JSON of a `ToldStatus` | as the lease |
 | `snapfit:STATION:snapshot`, `:report` | generation, then the message | a day |
 | `snapfit:STATION:frame`, `:overlay` | the same, of a picture | a day |
-| `snapfit:STATION:want:frame`, `:want:overlay` | that somebody wants pictures | 2 s |
 
 The channel `snapfit:STATION` tells of each new message and status: its name, a line feed, and, but
-for pictures, the value itself.
+for pictures, the value itself. The channel `snapfit:STATION:to-worker` goes the other way, in the
+same form: `want`, and which pictures.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import orjson
 
 from snapfit.server.mailbox import Mailbox, Message
-from snapfit.server.pose_store import Picture, PoseStore
+from snapfit.server.pose_store import PoseStore
 from snapfit.server.supervisor import SupervisorStatus
 
 LEASE_S = 3.0
@@ -33,7 +33,7 @@ KEPT_S = 86_400
 WANTED_S = 2.0
 """For how long one wish brings pictures, seconds."""
 
-SNAPSHOT, STATUS = "snapshot", "status"
+SNAPSHOT, STATUS, WANT = "snapshot", "status", "want"
 _GENERATION = struct.Struct("<Q")
 
 
@@ -49,6 +49,11 @@ class StationKeys:
         return f"snapfit:{self.station}"
 
     @property
+    def to_worker(self) -> str:
+        """Where replicas tell what they want."""
+        return f"snapfit:{self.station}:to-worker"
+
+    @property
     def lease(self) -> str:
         """Who may publish."""
         return f"snapfit:{self.station}:lease"
@@ -61,10 +66,6 @@ class StationKeys:
     def message(self, name: str) -> str:
         """The latest message of a mailbox."""
         return f"snapfit:{self.station}:{name}"
-
-    def want(self, kind: Picture) -> str:
-        """That pictures of a kind are wanted."""
-        return f"snapfit:{self.station}:want:{kind}"
 
 
 @dataclass(frozen=True)

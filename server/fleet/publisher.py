@@ -7,7 +7,6 @@ import os
 import secrets
 import socket
 import time
-from typing import Any
 
 import redis
 
@@ -17,6 +16,7 @@ from snapfit.server.fleet.keys import (
     KEPT_S,
     LEASE_S,
     STATUS,
+    WANT,
     WANTED_S,
     StationKeys,
     ToldStatus,
@@ -30,7 +30,6 @@ from snapfit.server.supervisor import SupervisorStatus
 from snapfit.server.worker_spec import WorkerSpec
 
 _POLL_S = 0.004  # far below a frame's time
-_WISHES_S = 0.05
 _RENEW_S = 1.0
 _LEASE_MS = round(LEASE_S * 1000)
 # Take the lease if it is nobody's, renew it if it is ours.
@@ -39,6 +38,10 @@ local holder = redis.call('GET', KEYS[1])
 if holder and holder ~= ARGV[1] then return holder end
 redis.call('SET', KEYS[1], ARGV[1], 'PX', ARGV[2])
 return ARGV[1]
+"""
+_GIVE_UP = """
+if redis.call('GET', KEYS[1]) == ARGV[1] then redis.call('DEL', KEYS[1], KEYS[2]) end
+return 0
 """
 _LOG = logging.getLogger(__name__)
 
@@ -85,24 +88,26 @@ class Publisher:
     def _publish(self, client: redis.Redis) -> None:
         mailboxes = published(self._store)
         sent = dict.fromkeys(mailboxes, 0)
-        renew_at_s = wishes_at_s = 0.0
-        while not self._link.stop.is_set():
-            now_s = time.monotonic()
-            if now_s >= renew_at_s:
-                renew_at_s = now_s + _RENEW_S
-                self._holds = self._renew(client)
-            if now_s >= wishes_at_s:
-                wishes_at_s = now_s + _WISHES_S
-                self._take_wishes(client)
-            if self._holds:
+        renew_at_s = 0.0
+        with client.pubsub(ignore_subscribe_messages=True) as channel:  # type: ignore[no-untyped-call]
+            channel.subscribe(self._keys.to_worker)
+            while not self._link.stop.is_set():
+                told = channel.get_message(timeout=_POLL_S)
+                if told is not None:
+                    self._hear(told["data"])
+                now_s = time.monotonic()
+                if now_s >= renew_at_s:
+                    renew_at_s = now_s + _RENEW_S
+                    self._holds = self._renew(client)
+                if not self._holds:
+                    continue
                 if self._keeper.status != self._status:
                     self._send_status(client)
                 for name, mailbox in mailboxes.items():
                     if mailbox.latest != sent[name]:
                         sent[name] = self._send(client, name, mailbox)
-            self._link.stop.wait(_POLL_S)
         if self._holds:
-            client.delete(self._keys.lease, self._keys.status)
+            client.eval(_GIVE_UP, 2, self._keys.lease, self._keys.status, self._me)
 
     def _renew(self, client: redis.Redis) -> bool:
         holder = client.eval(_HOLD, 1, self._keys.lease, self._me, str(_LEASE_MS))
@@ -120,11 +125,11 @@ class Publisher:
         self._send_status(client)
         return True
 
-    def _take_wishes(self, client: redis.Redis) -> None:
-        wishes: Any = client.mget([self._keys.want(kind) for kind in Picture])
-        for kind, wish in zip(Picture, wishes, strict=True):
-            if wish is not None:
-                self._store.want(kind, WANTED_S)
+    def _hear(self, told: bytes) -> None:
+        """What a replica wants; of another version it may want what is not known here."""
+        name, _, value = told.decode().partition("\n")
+        if name == WANT and value in self._store.pictures:
+            self._store.want(Picture(value), WANTED_S)
 
     def _send(self, client: redis.Redis, name: str, mailbox: Mailbox) -> int:
         """Publish the latest message; its generation."""

@@ -15,6 +15,7 @@ from snapfit.server.fleet.keys import (
     LEASE_S,
     SNAPSHOT,
     STATUS,
+    WANT,
     WANTED_S,
     StationKeys,
     ToldStatus,
@@ -167,4 +168,4 @@ class Subscriber:
         for kind in Picture:
             if self._store.wanted(kind) and now_s - self._wished_at_s[kind] > WANTED_S / 4:
                 self._wished_at_s[kind] = now_s
-                client.set(self._keys.want(kind), b"1", px=round(WANTED_S * 1000))
+                client.publish(self._keys.to_worker, f"{WANT}\n{kind}")

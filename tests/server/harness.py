@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -44,6 +45,11 @@ def with_tests() -> str:
 
 def segments() -> set[str]:
     return {path.name for path in SHARED_MEMORY.glob("snapfit-*")}
+
+
+def segments_of(pid: int) -> set[str]:
+    """The shared memory that a process uses, whatever others on this machine do."""
+    return set(re.findall(r"/dev/shm/(snapfit-\w+)", Path(f"/proc/{pid}/maps").read_text()))
 
 
 def is_alive(pid: int) -> bool:

@@ -161,6 +161,6 @@ def test_who_guesses_has_to_wait_and_others_have_not(guarded: Guarded) -> None:
 def test_a_polling_headset_is_not_slowed_by_its_key(guarded: Guarded) -> None:
     with guarded.anew() as client:
         begin_s = time.perf_counter()
-        for _ in range(200):
+        for _ in range(400):
             assert client.get("/v1/poses", headers=guarded.reader).status_code == 200
-        assert time.perf_counter() - begin_s < 200 / 60
+        assert time.perf_counter() - begin_s < 10  # 40 ms of hashing each would take 16

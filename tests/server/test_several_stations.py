@@ -8,7 +8,7 @@ import signal
 from collections.abc import Iterator
 
 import pytest
-from harness import Server, running, segments, wait_for
+from harness import Server, running, segments_of, wait_for
 
 NAMES = ["left", "right"]
 
@@ -25,7 +25,7 @@ def test_all_are_listed_with_workers_and_stores_of_their_own(two: Server) -> Non
     stations = two.get("/v1/stations").json()["stations"]
     assert [station["station"] for station in stations] == NAMES
     assert len({station["worker"]["pid"] for station in stations}) == len(NAMES)
-    assert len(segments() - two.segments_before) == 2 * len(NAMES)
+    assert len(segments_of(two.process.pid)) == 2 * len(NAMES)
 
 
 def test_each_has_its_own_poses(two: Server) -> None:
