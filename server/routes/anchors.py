@@ -24,7 +24,7 @@ _PROBLEMS = problem_responses(HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENT
 _PUT: dict[int | str, dict[str, Any]] = {
     HTTPStatus.CREATED.value: {"model": AnchorInfo, "description": "A new anchor."},
     **_PROBLEMS,
-    **problem_responses(HTTPStatus.CONFLICT),
+    **problem_responses(HTTPStatus.BAD_REQUEST, HTTPStatus.CONFLICT),
 }
 AnchorName = Annotated[
     str, Path(description="A name that the client chooses.", pattern=f"^{ANCHOR_NAME}$")
