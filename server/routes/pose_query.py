@@ -56,7 +56,7 @@ class ViewQuery(ConventionQuery):
         if self.frame == CAMERA:
             return View(self.convention)
         name = self.frame.removeprefix(_ANCHOR)
-        pose, revision = station.anchors.frame_from_camera(name)
+        pose, revision = station.news.anchors.frame_from_camera(name)
         return View(self.convention, self.frame, pose, revision)
 
 
