@@ -15,7 +15,6 @@ from snapfit.server.problems import ProblemError
 
 _LIMIT_S = 3.0
 _PERIOD_S = 0.004
-_WRONG_NAMES = ("unknown-part", "unknown-state")
 
 
 class CommandDesk:
@@ -48,8 +47,8 @@ class CommandDesk:
         """Have something done.
 
         Raises:
-            ProblemError: 409, it cannot be done, with the reason; 422, a name that does not exist;
-                503, the worker is down or does not answer.
+            ProblemError: 409, it cannot be done, with the reason; 503, the worker is down or does
+                not answer.
         """
         if not self._is_up():
             raise self._unavailable("is down")
@@ -66,10 +65,9 @@ class CommandDesk:
         if outcome is None:
             raise self._unavailable(f"did not answer within {_LIMIT_S:g} s")
         if outcome.problem is not None:
-            wrong_name = outcome.problem in _WRONG_NAMES
-            status = HTTPStatus.UNPROCESSABLE_ENTITY if wrong_name else HTTPStatus.CONFLICT
             detail = f"Station {self._station}: {outcome.detail}"
-            raise ProblemError(status, outcome.problem, detail, names=list(outcome.names))
+            names = list(outcome.names)
+            raise ProblemError(HTTPStatus.CONFLICT, outcome.problem, detail, names=names)
         return outcome
 
     async def _outcome(self, number: int) -> Outcome | None:

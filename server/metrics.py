@@ -128,7 +128,7 @@ class _Families:
         if snapshot.get("assembly") is not None:
             self._state.add_metric([station.name, snapshot["assembly"]["state"]], 1)
             self._state_confidence.add_metric(name, snapshot["assembly"]["confidence"])
-        for state, seconds in station.state_clock.seconds().items():
+        for state, seconds in station.news.state_clock.seconds().items():
             self._state_seconds.add_metric([station.name, state], seconds)
 
     def all(self) -> Iterator[Metric]:

@@ -12,6 +12,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 
+from snapfit.server.allow import AllowedMethods
 from snapfit.server.schemas_base import Problem
 
 PROBLEM_TYPE = "application/problem+json"
@@ -58,6 +59,7 @@ def problem_responses(*statuses: HTTPStatus) -> dict[int | str, dict[str, Any]]:
 
 def install_problem_handlers(app: FastAPI) -> None:
     """Make every error of the app a problem."""
+    app.state.allowed_methods = AllowedMethods(app)
     app.add_exception_handler(ProblemError, _on_problem)
     app.add_exception_handler(HTTPException, _on_http_exception)
     app.add_exception_handler(RequestValidationError, _on_invalid_request)
@@ -84,9 +86,12 @@ async def _on_http_exception(request: Request, error: Exception) -> Response:
     detail = str(error.detail)
     if status is HTTPStatus.NOT_FOUND:
         detail = "There is nothing at this path; /openapi.json tells all paths."
-    elif status is HTTPStatus.METHOD_NOT_ALLOWED:
+    headers = dict(error.headers or {})
+    if status is HTTPStatus.METHOD_NOT_ALLOWED:
         detail = f"{request.method} is not possible here; the header Allow tells what is."
-    return _response(request.url.path, status, detail, "about:blank", dict(error.headers or {}))
+        methods = request.app.state.allowed_methods.at(request.url.path)
+        headers = {"Allow": ", ".join(methods)} if methods else headers
+    return _response(request.url.path, status, detail, "about:blank", headers)
 
 
 def invalid_request(details: Sequence[Any], origin: str = "") -> ProblemError:

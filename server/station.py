@@ -8,31 +8,28 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
-from snapfit.server.anchors import Anchor, Anchors
+from snapfit.server.anchors import Anchor
 from snapfit.server.answers import Answer, SnapshotAnswers
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
 from snapfit.server.command_desk import CommandDesk
-from snapfit.server.event_detector import EventDetector
-from snapfit.server.events import EventKind, EventLog
 from snapfit.server.fleet.keepers import MakeKeeper, keep_here
 from snapfit.server.logs.setup import chosen_logging
-from snapfit.server.marker_message import MarkerMessage
 from snapfit.server.picture_message import PictureMessage, unpack_picture
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
 from snapfit.server.schemas import (
-    Phase,
     StationFacts,
     StationInfo,
     WorkerHealth,
     WorkerReport,
 )
 from snapfit.server.settings import StationSettings
-from snapfit.server.state_clock import StateClock
+from snapfit.server.station_news import StationNews
 from snapfit.server.steps import StationSteps, no_assembly
 from snapfit.server.view import PLAIN, View
 from snapfit.server.watch import Moment, Watch
+from snapfit.server.worker_health import worker_health
 from snapfit.server.worker_spec import WorkerSpec
 
 _PICTURE_WAIT_S = 1.0
@@ -58,10 +55,8 @@ class Station:
     Attributes:
         name: in paths.
         watch: wakes whoever waits for the next snapshot.
-        events: what happened here.
         commands: what the worker is ordered to do.
-        anchors: clients' worlds.
-        state_clock: how long each assembly state has held.
+        news: what happened here, and clients' worlds.
     """
 
     def __init__(
@@ -99,16 +94,10 @@ class Station:
         self.commands = CommandDesk(
             self.name, self._store, lambda: self._supervisor.status.pid is not None
         )
-        self.anchors = Anchors(
-            self.name, clock.now_us, self.commands.look_for, self._on_anchor_drift
-        )
-        self._markers_seen = 0
+        self.news = StationNews(self.name, self._store, clock, self.commands)
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
         self._asset: ExportedAsset | None = None
-        self._detector = EventDetector()
-        self.events = EventLog()
-        self.state_clock = StateClock()
         self.watch = Watch(self.moment, self._on_moment)
 
     def start(self) -> None:
@@ -244,31 +233,7 @@ class Station:
         )
 
     def _health(self, report: WorkerReport | None) -> WorkerHealth:
-        status = self._supervisor.status
-        if report is None or (report.boot_id != status.boot_id and not status.refused):
-            # The worker in charge has not spoken yet.
-            message = "starting the worker"
-            if status.last_exit is not None:
-                message = f"the worker {status.last_exit}; starting it again"
-            report = WorkerReport(
-                boot_id=status.boot_id or "", phase=Phase.STARTING, message=message
-            )
-        absent = status.absent
-        return WorkerHealth(
-            phase=report.phase if absent is None else Phase.FAILED,
-            message=report.message if absent is None else absent,
-            progress=report.progress,
-            boot_id=status.boot_id,
-            pid=status.pid,
-            restarts=status.restarts,
-            last_exit=status.last_exit,
-            frames=report.frames,
-            bad_frames=report.bad_frames,
-            last_bad_frame=report.last_bad_frame,
-            frame_ms=report.frame_ms,
-            finding=report.finding,
-            recording=report.recording,
-        )
+        return worker_health(self._supervisor.status, report)
 
     def _report(self) -> WorkerReport | None:
         message = self._store.reports.read()
@@ -278,13 +243,6 @@ class Station:
         """The server's time, Unix, microseconds."""
         return self._clock.now_us()
 
-    def tell(self, kind: EventKind, data: dict[str, Any]) -> None:
-        """Note an event, at the latest snapshot."""
-        answers = self._answers
-        known = {} if answers is None else answers.identity
-        header = {"station": self.name, "at_us": self.now_us(), **known}
-        self.events.add(kind, {**header, **data})
-
     async def wait_for_anchor(self, anchor: Anchor) -> None:
         """Until the camera has seen the anchor's board; gives up after two seconds."""
         give_up_at_s = time.monotonic() + _ANCHOR_WAIT_S
@@ -292,29 +250,10 @@ class Station:
             if not await self.watch.change(_ANCHOR_WAIT_S):
                 return
 
-    def _on_anchor_drift(self, anchor: Anchor) -> None:
-        drift = {} if anchor.drift is None else anchor.drift._asdict()
-        self.tell(EventKind.ANCHOR_DRIFT, {"anchor": anchor.name, **drift})
-
-    def _look_at_markers(self) -> None:
-        """Take in what the camera saw of markers since the last time."""
-        if self._store.markers.latest != self._markers_seen:
-            self._markers_seen = self._store.markers.latest
-            message = self._store.markers.read()
-            if message is not None:
-                self.anchors.seen(MarkerMessage.model_validate_json(message.payload))
-        self.anchors.expire()
-
     def _on_moment(self) -> None:
-        """Another snapshot, or the latest one has become stale."""
-        self._look_at_markers()
         answers = self._newest()
-        if answers is not None:
-            stale = self._is_stale(answers)
-            assembly = answers.snapshot.get("assembly")
-            self.state_clock.enter(None if stale or assembly is None else assembly["state"])
-            for kind, data in self._detector.happened(answers.snapshot, stale=stale):
-                self.tell(kind, data)
+        stale = answers is not None and self._is_stale(answers)
+        self.news.take_in(answers, stale=stale)
 
     def _newest(self) -> SnapshotAnswers | None:
         answers = self._answers

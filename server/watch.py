@@ -81,12 +81,12 @@ class Watch:
         return not self.is_ending
 
     async def newer_than(
-        self, boot_id: str, number: int, limit_s: float, count: Count = by_seq
+        self, boot_id: str | None, number: int, limit_s: float, count: Count = by_seq
     ) -> bool:
         """Wait for something after this, or for a change of `stale`; False without it.
 
         Args:
-            boot_id, number: what is known already.
+            boot_id, number: what is known already; without a boot_id any other number is new.
             limit_s: how long to wait.
             count: what is counted: snapshots, or revisions of the assembly.
         """
@@ -95,7 +95,9 @@ class Watch:
         while True:
             now = self._look()
             if now is not None:
-                is_later = now.boot_id != boot_id or count(now) > number
+                is_later = count(now) > number or now.boot_id != boot_id
+                if boot_id is None:
+                    is_later = count(now) != number
                 if is_later or (begin is not None and now.stale != begin.stale):
                     return True
             if not await self.change(give_up_at_s - time.monotonic()):

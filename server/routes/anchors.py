@@ -24,7 +24,7 @@ _PROBLEMS = problem_responses(HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENT
 _PUT: dict[int | str, dict[str, Any]] = {
     HTTPStatus.CREATED.value: {"model": AnchorInfo, "description": "A new anchor."},
     **_PROBLEMS,
-    **problem_responses(HTTPStatus.CONFLICT),
+    **problem_responses(HTTPStatus.BAD_REQUEST, HTTPStatus.CONFLICT),
 }
 AnchorName = Annotated[
     str, Path(description="A name that the client chooses.", pattern=f"^{ANCHOR_NAME}$")
@@ -34,7 +34,7 @@ AnchorName = Annotated[
 @router.get("", responses=_PROBLEMS)
 async def get_anchors(station: OneStation, query: WantedConvention) -> AnchorList:
     """All anchors that have not expired."""
-    anchors = [_info(station, anchor, query.convention) for anchor in station.anchors.all()]
+    anchors = [_info(station, anchor, query.convention) for anchor in station.news.anchors.all()]
     return AnchorList(anchors=anchors)
 
 
@@ -43,7 +43,7 @@ async def get_anchor(
     station: OneStation, anchor: AnchorName, query: WantedConvention
 ) -> AnchorInfo:
     """One anchor."""
-    return _info(station, station.anchors.named(anchor), query.convention)
+    return _info(station, station.news.anchors.named(anchor), query.convention)
 
 
 @router.put("/{anchor}", responses=_PUT)
@@ -53,7 +53,7 @@ async def put_anchor(
     """Say where the board is in the client's world; the server averages over what is put."""
     given = request.world_from_marker
     world = Rigid(given.position, given.orientation).along(AXES[request.convention].inverse)
-    it, is_new = station.anchors.put(
+    it, is_new = station.news.anchors.put(
         anchor, request.board, world, ttl_s=request.ttl_s, restart=request.restart
     )
     await station.wait_for_anchor(it)
@@ -64,7 +64,7 @@ async def put_anchor(
 @router.delete("/{anchor}", status_code=HTTPStatus.NO_CONTENT, responses=_PROBLEMS)
 async def delete_anchor(station: OneStation, anchor: AnchorName) -> None:
     """Forget an anchor."""
-    station.anchors.delete(anchor)
+    station.news.anchors.delete(anchor)
 
 
 def _info(station: Station, anchor: Anchor, convention: Convention) -> AnchorInfo:

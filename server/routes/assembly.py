@@ -6,7 +6,7 @@ from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field
 
 from snapfit.server.problems import problem_responses
 from snapfit.server.routes.dependencies import IfNoneMatch, OneStation
@@ -44,17 +44,14 @@ class AssemblyQuery(BaseModel):
         "`stale` changes: 204 if there is none within `timeout_s`.",
     )
     boot_id: str | None = Field(
-        default=None, max_length=64, description="Of what `after_revision` counts from."
+        default=None,
+        max_length=64,
+        description="Of what `after_revision` counts from. Without it, any other revision is "
+        "waited for.",
     )
     timeout_s: float = Field(
         default=20.0, ge=0, le=LONGEST_WAIT_S, description="How long to wait, seconds."
     )
-
-    @model_validator(mode="after")
-    def _go_together(self) -> AssemblyQuery:
-        if (self.after_revision is None) != (self.boot_id is None):
-            raise ValueError("after_revision and boot_id go together: give both, or neither")
-        return self
 
 
 async def _assembly_query(query: Annotated[AssemblyQuery, Query()]) -> AssemblyQuery:
@@ -70,7 +67,7 @@ async def get_assembly(
 ) -> Response:
     """The assembly state, its confidence, finished and next steps, and what sits wrong."""
     is_new = True
-    if query.after_revision is not None and query.boot_id is not None:
+    if query.after_revision is not None:
         is_new = await station.watch.newer_than(
             query.boot_id, query.after_revision, query.timeout_s, by_revision
         )

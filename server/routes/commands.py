@@ -16,6 +16,7 @@ from snapfit.server.station import Station
 router = APIRouter(tags=["commands"])
 
 _RESPONSES = problem_responses(
+    HTTPStatus.BAD_REQUEST,
     HTTPStatus.NOT_FOUND,
     HTTPStatus.CONFLICT,
     HTTPStatus.UNPROCESSABLE_ENTITY,

@@ -40,7 +40,7 @@ async def get_events(station: OneStation, last_event_id: LastEventId = None) -> 
 
 
 async def _events(station: Station, last_event_id: str | None) -> AsyncIterator[bytes]:
-    log = station.events
+    log = station.news.events
     number: int | None = log.latest
     yield b"retry: 1000\n\n"
     if last_event_id:

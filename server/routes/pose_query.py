@@ -6,7 +6,7 @@ from http import HTTPStatus
 from typing import Annotated
 
 from fastapi import Depends, Query
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field
 
 from snapfit.server.clock import Clock
 from snapfit.server.conventions import Convention
@@ -56,7 +56,7 @@ class ViewQuery(ConventionQuery):
         if self.frame == CAMERA:
             return View(self.convention)
         name = self.frame.removeprefix(_ANCHOR)
-        pose, revision = station.anchors.frame_from_camera(name)
+        pose, revision = station.news.anchors.frame_from_camera(name)
         return View(self.convention, self.frame, pose, revision)
 
 
@@ -75,28 +75,25 @@ class PoseQuery(ViewQuery):
         "204 if there is none within `timeout_s`.",
     )
     boot_id: str | None = Field(
-        default=None, max_length=64, description="Of the snapshot that `after_seq` counts from."
+        default=None,
+        max_length=64,
+        description="Of the snapshot that `after_seq` counts from. Without it, any snapshot with "
+        "another `seq` is waited for.",
     )
     timeout_s: float = Field(
         default=20.0, ge=0, le=LONGEST_WAIT_S, description="How long to wait, seconds."
     )
 
-    @model_validator(mode="after")
-    def _go_together(self) -> PoseQuery:
-        if (self.after_seq is None) != (self.boot_id is None):
-            raise ValueError("after_seq and boot_id go together: give both, or neither")
-        return self
-
     def checked_at_us(self, clock: Clock) -> int | None:
         """The time to extrapolate to.
 
         Raises:
-            ProblemError: 422, it is so far off that the client's clock must be wrong.
+            ProblemError: 409, it is so far off that the client's clock must be wrong.
         """
         now_us = clock.now_us()
         if self.at_us is not None and abs(self.at_us - now_us) > _FARTHEST_US:
             raise ProblemError(
-                HTTPStatus.UNPROCESSABLE_ENTITY,
+                HTTPStatus.CONFLICT,
                 "at-out-of-range",
                 f"at_us is {(self.at_us - now_us) / 1e6:.1f} s from now by the server's clock: "
                 "synchronise with GET /v1/time.",

@@ -62,7 +62,7 @@ async def _poses(
     clock: Clock = request.app.state.stations.clock
     at_us = query.checked_at_us(clock)
     is_new = True
-    if query.after_seq is not None and query.boot_id is not None:
+    if query.after_seq is not None:
         is_new = await station.watch.newer_than(query.boot_id, query.after_seq, query.timeout_s)
     view = query.view(station)
     answer = station.poses(view, at_us) if part is None else station.part(part, view, at_us)

@@ -104,11 +104,11 @@ def test_a_reset_without_a_detector_sets_the_state_alone() -> None:
 def test_what_cannot_be_done_is_refused_with_the_reason(server: Server) -> None:
     problem = assert_problem(server.client.post("/v1/reinitialise"), 409, "/v1/reinitialise")
     assert problem["type"] == "urn:snapfit:problem:no-detector"
-    problem = assert_problem(put_state(server, "glued"), 422, STATE)
+    problem = assert_problem(put_state(server, "glued"), 409, STATE)
     assert problem["type"] == "urn:snapfit:problem:unknown-state"
     assert problem["names"] == ["free", "jaw-mounted", "assembled"]
     answer = server.client.post("/v1/reinitialise", json={"parts": ["jew"]})
-    problem = assert_problem(answer, 422, "/v1/reinitialise")
+    problem = assert_problem(answer, 409, "/v1/reinitialise")
     assert problem["names"] == list(PART_NAMES)
 
 
