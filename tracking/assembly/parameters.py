@@ -51,6 +51,8 @@ class AssemblyParameters:
         undone_share: a link is contradicted when the part's own pose is this many times the
             manifest's tolerance away: far more than `near_m`, so that nothing flickers.
         undone_frames: so long.
+        absent_frames: a part that is nowhere found has come off when its place was seen without it
+            for so long: a joint that was turned behind a hand is found again before.
         hold_frames: so long an operator's word stands against the evidence of that moment.
         wrong_frames: a part at the wrong place counts after 0.7 s at rest.
         sure_share: and only if the poses of both were beyond doubt for so much of that time.
@@ -91,6 +93,7 @@ class AssemblyParameters:
     supported_frames: int = 6
     undone_share: float = 1.2
     undone_frames: int = 6
+    absent_frames: int = 15
     hold_frames: int = 90
     wrong_frames: int = 21
     sure_share: float = 0.6

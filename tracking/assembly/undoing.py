@@ -23,6 +23,7 @@ class Undoing:
         self._held = held
         self._parameters = parameters
         self._counts = [0] * len(held)
+        self._absent = [0] * len(held)
         self._has_agreed = [False] * len(held)
         self._turn = 0
         self._fits: list[LinkFit | None] = [None] * len(held)
@@ -50,12 +51,16 @@ class Undoing:
         child = observations.get(measure.link.child)
         parent = observations.get(measure.link.parent)
         if child is None or parent is None or not child.is_absent:
+            self._absent[i] = max(self._absent[i] - 1, 0)
             return
         if child.camera_from_body is None or parent.camera_from_body is None:
             return
+        self._absent[i] += 1
+        if self._absent[i] < self._parameters.absent_frames:
+            return
         relative = parent.camera_from_body.inverse() @ child.camera_from_body
         self._fits[i] = measure.fit(relative.matrix)
-        self._counts[i] += 1
+        self._counts[i] = self._parameters.undone_frames
 
     def contradicted(self, is_held: bool) -> LinkFit | None:
         """The measurement of a link that no longer holds.

@@ -8,7 +8,7 @@ from snapfit.tracking.assembly.judge import StateJudge
 from snapfit.tracking.assembly.parameters import AssemblyParameters
 from snapfit.tracking.result import Status
 
-UNDONE = AssemblyParameters().undone_frames
+LONG = AssemblyParameters().absent_frames
 
 
 def seen(name, pose):
@@ -40,7 +40,7 @@ class Bench:
 def test_a_part_that_is_absent_for_long_has_come_off():
     bench = Bench()
     absent = inferred("left", ON_BOARD["left"], is_absent=True)
-    for _ in range(UNDONE - 1):
+    for _ in range(LONG - 1):
         assert bench.look(absent).state == "left-on"
     estimate = bench.look(absent)
     assert estimate.state == "free"
@@ -52,7 +52,7 @@ def test_a_part_that_is_absent_for_long_has_come_off():
 def test_a_part_that_is_hidden_in_its_place_stays():
     bench = Bench()
     hidden = inferred("left", ON_BOARD["left"], is_absent=False, visibility=0.0)
-    assert {bench.look(hidden).state for _ in range(10 * UNDONE)} == {"left-on"}
+    assert {bench.look(hidden).state for _ in range(10 * LONG)} == {"left-on"}
 
 
 def test_frames_in_which_it_is_seen_there_speak_against_it():
@@ -60,7 +60,7 @@ def test_frames_in_which_it_is_seen_there_speak_against_it():
     absent = inferred("left", ON_BOARD["left"], is_absent=True)
     there = seen("left", ON_BOARD["left"])
     states = set()
-    for _ in range(4 * UNDONE):
+    for _ in range(4 * LONG):
         states.add(bench.look(absent).state)
         states |= {bench.look(there).state for _ in range(3)}
     assert states == {"left-on"}

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -174,7 +175,11 @@ def test_a_rendered_set_from_the_command_to_the_page(
     assert "seed 21" in page.read_text()
 
 
-def test_an_asset_without_a_network_is_told(sets: Path, tmp_path: Path) -> None:
+def test_an_asset_without_a_network_is_told(
+    sets: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unlearnt = replace(find_asset(CLAMP), directory=tmp_path)
+    monkeypatch.setattr(clutter, "find_asset", lambda name: unlearnt)
     options = ["--clutter", str(sets), "--out", str(tmp_path), "--methods", "yolov8pose-apart"]
     result = runner.invoke(app, ["benchmark", *options])
     assert result.exit_code == 2
