@@ -31,7 +31,12 @@ class SessionInfo(BaseModel):
     lasts_s: int = Field(description="Seconds until it ends; then ask again.")
 
 
-_REFUSED = (HTTPStatus.UNAUTHORIZED, HTTPStatus.TOO_MANY_REQUESTS, HTTPStatus.UNPROCESSABLE_ENTITY)
+_REFUSED = (
+    HTTPStatus.BAD_REQUEST,
+    HTTPStatus.UNAUTHORIZED,
+    HTTPStatus.TOO_MANY_REQUESTS,
+    HTTPStatus.UNPROCESSABLE_ENTITY,
+)
 
 
 @router.post("/session", response_model=SessionInfo, responses=problem_responses(*_REFUSED))

@@ -73,7 +73,7 @@ def test_a_worker_that_ends_gives_its_station_up_at_once(redis: Redis, tmp_path:
         assert not own & segments()
         wait_for(lambda: not is_fresh(server), 3)
         wait_for(lambda: info(server)["worker"]["pid"] is None, 3)
-        assert info(server)["worker"]["phase"] == "failed"
+        wait_for(lambda: info(server)["worker"]["phase"] == "failed", 3)
         assert server.get("/readyz").status_code == 503
         assert server.get("/v1/poses").json()["parts"][0]["position"] is not None
 

@@ -44,7 +44,7 @@ def test_the_file_has_no_key_and_one_reader(tmp_path: Path) -> None:
     path = tmp_path / "new" / "keys.json"
     key = add_key(path, "headset 1", Role.READ)
     assert key not in path.read_text()
-    assert key.split("_")[2] not in path.read_text()
+    assert key.split("_", 2)[2] not in path.read_text()
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     table = read_keys(path)
     assert table is not None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -115,7 +116,13 @@ def test_parts_are_searched_then_tracked(tmp_path: Path) -> None:
 
 
 @needs_onnx
-def test_a_network_that_breaks_is_counted_and_never_stops_the_station(tmp_path: Path) -> None:
+def test_a_network_that_breaks_is_counted_and_never_stops_the_station(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Without Open3D no shape stands in for the network.
+    (tmp_path / "path").mkdir()
+    (tmp_path / "path" / "open3d.py").write_text("raise ImportError('not on this machine')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "path"), prepend=os.pathsep)
     bundle = write_bundle(tmp_path / "hobby-corner-clamp")
     write_network_that_breaks(bundle)
     with serving(tmp_path, bundle, method="icg") as server:
@@ -125,8 +132,10 @@ def test_a_network_that_breaks_is_counted_and_never_stops_the_station(tmp_path: 
         )
         assert "does not run" in finding["last_problem"]
         assert finding["started"] == 0
+        assert finding["started"] == 0
         seq = server.get("/v1/poses").json()["seq"]
         wait_for(lambda: server.get("/v1/poses").json()["seq"] > seq + 5)
+        assert set(statuses(server).values()) == {"searching"}
         assert set(statuses(server).values()) == {"searching"}
         assert server.worker()["restarts"] == 0
         code, _, err = server.end()

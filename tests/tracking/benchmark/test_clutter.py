@@ -179,7 +179,7 @@ def test_an_asset_without_a_network_is_told(
     sets: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     unlearnt = replace(find_asset(CLAMP), directory=tmp_path)
-    monkeypatch.setattr(clutter, "find_asset", lambda name: unlearnt)
+    monkeypatch.setattr(clutter, "find_asset", lambda _: unlearnt)
     options = ["--clutter", str(sets), "--out", str(tmp_path), "--methods", "yolov8pose-apart"]
     result = runner.invoke(app, ["benchmark", *options])
     assert result.exit_code == 2
