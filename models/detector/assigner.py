@@ -16,7 +16,8 @@ from snapfit.models.detector.boxes import complete_iou
 from snapfit.models.detector.targets import Targets
 
 _SCORE_POWER, _OVERLAP_POWER = 0.5, 6.0
-_POSITIVES = 10
+POSITIVES = 10
+"""Anchors of a part."""
 # A box narrower than the finest cell may lie between all anchors: it is widened to reach one.
 _LEAST_HALF_SIDE_PX = 4.5
 _EPSILON = 1e-9
@@ -71,7 +72,7 @@ def _inside(anchors: Tensor, boxes: Tensor) -> Tensor:
 
 def _best(alignment: Tensor, inside: Tensor) -> Tensor:
     """(B, M, A) whether an anchor is among the best of a part."""
-    count = min(_POSITIVES, alignment.shape[-1])
+    count = min(POSITIVES, alignment.shape[-1])
     places = alignment.topk(count, dim=-1).indices
     chosen = torch.zeros_like(inside).scatter_(-1, places, torch.ones_like(places, dtype=bool))
     return chosen & inside

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 import torch
@@ -12,9 +12,14 @@ from torch import Tensor
 from snapfit.models.detector.cutting import cut_out, relit
 from snapfit.models.detector.device import Workplace
 from snapfit.models.detector.label_table import Group, LabelTable, label_table
-from snapfit.models.detector.pictures import Pictures, ReadPictures, pictures_for
+from snapfit.models.detector.pictures import (
+    HeldPictures,
+    Pictures,
+    ReadPictures,
+    pictures_for,
+)
 from snapfit.models.detector.shape_table import ShapeTable, shape_table
-from snapfit.models.detector.targets import Targets
+from snapfit.models.detector.targets import Targets, at
 from snapfit.models.detector.view_batch import ViewBatch, labelled, sampled_views
 from snapfit.models.detector.views import ViewParameters, centered
 
@@ -45,24 +50,30 @@ class Course:
         Raises:
             DatasetError: there is no image, one is missing, or they are of several sizes.
         """
-        self._table = label_table(groups)
-        self._there = self._table.to(place.device)
+        self._table = label_table(groups).to(place.device)
         self._shapes = _shapes_of(groups).to(place.device)
         self._parameters, self._seed, self._device = parameters, seed, place.device
         samples = [sample for some, _ in groups for sample in some]
         self._pictures: Pictures = pictures_for(samples, place)
 
+    @property
+    def memory(self) -> Tensor | None:
+        """All images, as `cutting.cut_out` wants them, where the device holds them."""
+        return self._pictures.memory if isinstance(self._pictures, HeldPictures) else None
+
     def batches(self, size: int, numbers: range) -> Iterator[Batch]:
         """Images (B, 3, H, W) uint8, red first, and what is true in them, on the device."""
+        generator = torch.Generator(self._device)
         for number in numbers:
-            places = self._places(number, size)
-            found = self._batch(number, size, places)
+            places = self.places(number, size)
+            memory, rows = self._pictures.take(places)
+            images = torch.tensor(places, device=self._device)
+            yield self.drawn(memory, rows, images, self.seeded(generator, number))
             if number + 1 < numbers.stop:
-                self._pictures.expect(self._places(number + 1, size))
-            yield found
+                self._pictures.expect(self.places(number + 1, size))
 
-    def _places(self, number: int, size: int) -> list[int]:
-        """The images of a batch."""
+    def places(self, number: int, size: int) -> list[int]:
+        """The images of a batch: so many a view, some of which only the tiles use."""
         first = number * size * _IMAGES_A_VIEW
         wanted = range(first, first + size * _IMAGES_A_VIEW)
         rounds = {each // len(self._table) for each in wanted}
@@ -72,13 +83,31 @@ class Course:
         }
         return [int(orders[w // len(self._table)][w % len(self._table)]) for w in wanted]
 
-    def _batch(self, number: int, size: int, places: list[int]) -> Batch:
-        generator = torch.Generator().manual_seed(self._seed * 1_000_003 + number)
-        memory, rows = self._pictures.take(places)
+    def seeded(self, generator: torch.Generator, number: int) -> torch.Generator:
+        """The generator as batch `number` needs it."""
+        return generator.manual_seed(self._seed * 1_000_003 + number)
+
+    def drawn(
+        self,
+        memory: Tensor,
+        rows: Tensor,
+        images: Tensor,
+        generator: torch.Generator,
+        most: int | None = None,
+    ) -> Batch:
+        """A batch of views of these images.
+
+        Args:
+            memory, rows: the images, and where each of the batch's is, as `Pictures.take` has them.
+            images: (n,) their places in the course.
+            generator: where chance comes from, on the device.
+            most: places for parts in a view. Given, nothing depends on what is drawn but values,
+                as a CUDA graph wants it; what has no place is left out, the hardly seen first.
+        """
         p = self._parameters
+        size = len(images) // _IMAGES_A_VIEW
         n_tiled = round(size * p.tiled_share) if p.tiles[0] * p.tiles[1] > 1 else 0
         split = n_tiled * _IMAGES_A_VIEW
-        images = torch.tensor(places)
         found = []
         if split:
             found.append(self._seen(memory, rows[:split], images[:split], p.tiles, generator))
@@ -87,7 +116,7 @@ class Course:
             rest = slice(split, None, _IMAGES_A_VIEW)
             found.append(self._seen(memory, rows[rest], images[rest], (1, 1), generator))
         pictures = torch.cat([each for each, _ in found])
-        return pictures, joined([targets for _, targets in found])
+        return pictures, joined([targets for _, targets in found], most)
 
     def _seen(
         self,
@@ -98,20 +127,20 @@ class Course:
         generator: torch.Generator,
     ) -> Batch:
         """Views of so many tiles, each view of as many images as there are parts to show."""
-        p, n_tiles = self._parameters, tiles[0] * tiles[1]
+        p, n_tiles, device = self._parameters, tiles[0] * tiles[1], self._device
         views_of = 1 if n_tiles == 1 else _IMAGES_A_VIEW
         count = len(images) // views_of
-        slots = torch.arange(n_tiles) * views_of // n_tiles
-        which = (torch.arange(count)[:, None] * views_of + slots).flatten()
-        turns = (torch.arange(n_tiles) - torch.searchsorted(slots, slots)).repeat(count)
-        aims = aimed_boxes(self._table, images, which, turns, generator)
+        slots = torch.arange(n_tiles, device=device) * views_of // n_tiles
+        which = torch.arange(count, device=device)[:, None] * views_of + slots
+        which = which.flatten()
+        turns = torch.arange(n_tiles, device=device) - torch.searchsorted(slots, slots)
+        aims = aimed_boxes(self._table, images, which, turns.repeat(count), generator)
         size = p.width_px // tiles[1], p.height_px // tiles[0]
         share = 1.0 if n_tiles > 1 else p.aimed_share
-        drawn = sampled_views(self._table, images[which], aims, size, p, share, generator)
-        views = _moved(drawn, self._device)
-        pictures = cut_out(memory, rows[which.to(self._device)], self._table.size, views)
+        views = sampled_views(self._table, images[which], aims, size, p, share, generator)
+        pictures = cut_out(memory, rows[which], self._table.size, views)
         lit = relit(pictures, p, generator).round().to(torch.uint8)
-        return beside(lit, labelled(views, self._there, self._shapes), tiles)
+        return beside(lit, labelled(views, self._table, self._shapes), tiles)
 
 
 def aimed_boxes(
@@ -130,7 +159,8 @@ def aimed_boxes(
         (0, 0, 0, 0) where no part is seen.
     """
     is_seen = table.is_seen[images] & (table.classes[images] >= 0)
-    keys = torch.rand(is_seen.shape, generator=generator) + ~is_seen
+    chance = torch.rand(is_seen.shape, generator=generator, device=generator.device)
+    keys = chance + ~is_seen
     order = keys.argsort(dim=1)
     count = is_seen.sum(dim=1)
     part = order[which, turns % count[which].clamp(min=1)]
@@ -156,28 +186,35 @@ def beside(pictures: Tensor, targets: Targets, tiles: tuple[int, int]) -> Batch:
     return whole, Targets(*together)
 
 
-def joined(some: Sequence[Targets]) -> Targets:
-    """The targets of several sets of views, with no more places than there are parts."""
-    most = max(int((each.classes >= 0).sum(dim=1).max()) for each in some)
+def joined(some: Sequence[Targets], most: int | None = None) -> Targets:
+    """The targets of several sets of views, with no more places than there are parts, or `most`.
+
+    Of more parts than `most`, those that are hardly seen are left out first.
+    """
+    ranks = [2 * (each.classes < 0).to(torch.int8) for each in some]
+    if most is None:
+        most = max(1, *(int((each.classes >= 0).sum(dim=1).max()) for each in some))
+    else:
+        ranks = [rank + each.is_ignored for rank, each in zip(ranks, some, strict=True)]
+    pieces = [_compact(each, rank, most) for each, rank in zip(some, ranks, strict=True)]
     return Targets(
-        *(
-            torch.cat([_compact(each, max(most, 1), field.name) for each in some])
-            for field in fields(Targets)
-        )
+        *(torch.cat([getattr(each, field.name) for each in pieces]) for field in fields(Targets))
     )
 
 
-def _compact(targets: Targets, most: int, name: str) -> Tensor:
-    """One of the tensors with its parts in the first `most` places; the rest is filled up."""
-    order = (targets.classes < 0).to(torch.int8).argsort(dim=1, stable=True)[:, :most]
-    values: Tensor = getattr(targets, name)
-    index = order.reshape(*order.shape, *[1] * (values.ndim - 2))
-    found = values.gather(1, index.expand(-1, -1, *values.shape[2:]))
-    missing = most - found.shape[1]
-    if missing > 0:
-        filler = found.new_full((len(found), missing, *found.shape[2:]), -1 * (name == "classes"))
-        found = torch.cat([found, filler], dim=1)
-    return found
+def _compact(targets: Targets, rank: Tensor, most: int) -> Targets:
+    """The `most` of lowest rank of each view; if there are fewer, it is filled up."""
+    order = rank.argsort(dim=1, stable=True)[:, :most]
+    missing = most - order.shape[1]
+    found = []
+    for field in fields(Targets):
+        values = at(getattr(targets, field.name), order)
+        if missing > 0:
+            shape = len(values), missing, *values.shape[2:]
+            filler = values.new_full(shape, -1 if field.name == "classes" else 0)
+            values = torch.cat([values, filler], dim=1)
+        found.append(values)
+    return Targets(*found)
 
 
 def whole_batches(
@@ -191,23 +228,20 @@ def whole_batches(
     table = label_table(groups)
     there, shapes = table.to(place.device), _shapes_of(groups).to(place.device)
     pictures = ReadPictures([sample for some, _ in groups for sample in some], place)
-    matrix = torch.from_numpy(centered(table.size, parameters)).to(torch.float32)
+    matrix = torch.from_numpy(centered(table.size, parameters)).to(place.device, torch.float32)
     size = parameters.width_px, parameters.height_px
     for start in range(0, len(table), batch):
         places = range(start, min(start + batch, len(table)))
         count = len(places)
         views = ViewBatch(
-            torch.tensor(places), matrix.repeat(count, 1, 1), torch.zeros(count), *size
+            torch.tensor(places, device=place.device),
+            matrix.repeat(count, 1, 1),
+            torch.zeros(count, device=place.device),
+            *size,
         )
-        views = _moved(views, place.device)
         images = cut_out(*pictures.take(places), table.size, views).round().to(torch.uint8)
         yield images, joined([labelled(views, there, shapes)])
 
 
 def _shapes_of(groups: Sequence[Group]) -> ShapeTable:
     return shape_table([shape for _, known in groups for shape in known.values()])
-
-
-def _moved(views: ViewBatch, device: torch.device) -> ViewBatch:
-    images, matrices = views.images.to(device), views.matrices.to(device)
-    return replace(views, images=images, matrices=matrices, rolls=views.rolls.to(device))

@@ -14,7 +14,7 @@ def iou(a: Tensor, b: Tensor) -> Tensor:
     """Intersection over union of boxes (..., 4) with boxes (..., 4); shapes broadcast."""
     near = torch.maximum(a[..., :2], b[..., :2])
     far = torch.minimum(a[..., 2:], b[..., 2:])
-    common = (far - near).clamp(min=0).prod(-1)
+    common = _product((far - near).clamp(min=0))
     return common / (area(a) + area(b) - common + _EPSILON)
 
 
@@ -36,7 +36,7 @@ def complete_iou(a: Tensor, b: Tensor) -> Tensor:
 
 def area(boxes: Tensor) -> Tensor:
     """(...) px squared, of boxes (..., 4)."""
-    return (boxes[..., 2:] - boxes[..., :2]).clamp(min=0).prod(-1)
+    return _product((boxes[..., 2:] - boxes[..., :2]).clamp(min=0))
 
 
 def scale(boxes: Tensor) -> Tensor:
@@ -49,3 +49,8 @@ def _slope(boxes: Tensor) -> Tensor:
     """Angle of a box's diagonal, rad."""
     sides = (boxes[..., 2:] - boxes[..., :2]).clamp(min=_EPSILON)
     return torch.atan2(sides[..., 0], sides[..., 1])
+
+
+def _product(sides: Tensor) -> Tensor:
+    """(...) of (..., 2); the gradient of `torch.prod` makes a GPU wait, as it looks for zeros."""
+    return sides[..., 0] * sides[..., 1]

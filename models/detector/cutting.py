@@ -57,8 +57,8 @@ def relit(pictures: Tensor, parameters: ViewParameters, generator: torch.Generat
     count = len(pictures)
 
     def spread(deviation: float, channels: int) -> Tensor:
-        drawn = (deviation * torch.randn(count, channels, generator=generator)).exp()
-        return drawn.to(pictures.device)[..., None, None]
+        drawn = torch.randn(count, channels, generator=generator, device=generator.device)
+        return (deviation * drawn).exp()[..., None, None]
 
     gains = spread(parameters.gain, 1) * spread(parameters.tint, 3)
     contrast = spread(parameters.contrast, 1)
@@ -67,7 +67,7 @@ def relit(pictures: Tensor, parameters: ViewParameters, generator: torch.Generat
 
 def _sources(matrices: Tensor, width: int, height: int) -> tuple[Tensor, Tensor]:
     """(T, height, width) where in the image each pixel of each view comes from, px."""
-    inverse = torch.linalg.inv(matrices[:, :, :2])
+    inverse = _inverse(matrices[:, :, :2])
     shift = -(inverse @ matrices[:, :, 2:])[..., 0]
     device = matrices.device
     x = torch.arange(width, device=device, dtype=torch.float32) + 0.5
@@ -76,3 +76,10 @@ def _sources(matrices: Tensor, width: int, height: int) -> tuple[Tensor, Tensor]
     u = a[:, 0, 0] * x + a[:, 0, 1] * y[:, None] + shift[:, 0, None, None] - 0.5
     v = a[:, 1, 0] * x + a[:, 1, 1] * y[:, None] + shift[:, 1, None, None] - 0.5
     return u, v
+
+
+def _inverse(matrices: Tensor) -> Tensor:
+    """(T, 2, 2) of (T, 2, 2); unlike `torch.linalg.inv` it does not make a GPU wait."""
+    a, b, c, d = matrices.flatten(1).unbind(-1)
+    adjugate = torch.stack([d, -b, -c, a], dim=-1).unflatten(-1, (2, 2))
+    return adjugate / (a * d - b * c)[:, None, None]

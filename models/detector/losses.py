@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import torch
 from torch import Tensor
 from torch.nn import functional
 
-from snapfit.models.detector.assigner import Assignment, assign
+from snapfit.models.detector.assigner import POSITIVES, Assignment, assign
 from snapfit.models.detector.boxes import complete_iou, scale
 from snapfit.models.detector.network import RawOutput
 from snapfit.models.detector.size import N_BINS
-from snapfit.models.detector.targets import Targets
+from snapfit.models.detector.targets import Targets, at
 
 # Varifocal loss (Zhang et al., CVPR 2021): weight and focus of what is no part.
 _NEGATIVE_WEIGHT, _NEGATIVE_FOCUS = 0.75, 2.0
@@ -52,14 +53,22 @@ class Losses:
     @property
     def total(self) -> Tensor:
         """Their sum."""
-        return torch.stack([getattr(self, each.name) for each in fields(self)]).sum()
+        return self.stacked.sum()
+
+    @property
+    def stacked(self) -> Tensor:
+        """(5,) in their order: each number that is asked for alone makes a GPU wait."""
+        return torch.stack([getattr(self, each.name) for each in fields(self)])
 
     def values(self) -> dict[str, float]:
         """Each as a number, and their sum."""
-        names = [each.name for each in fields(self)]
-        # All at once: each number that is asked for makes a GPU wait.
-        numbers = torch.stack([getattr(self, name).detach() for name in names]).tolist()
-        return {**dict(zip(names, numbers, strict=True)), "total": sum(numbers)}
+        return named(self.stacked.detach().tolist())
+
+
+def named(numbers: Sequence[float]) -> dict[str, float]:
+    """Losses in their order by name, and their sum."""
+    names = [each.name for each in fields(Losses)]
+    return {**dict(zip(names, numbers, strict=True)), "total": sum(numbers)}
 
 
 def losses(raw: RawOutput, targets: Targets, weights: LossWeights | None = None) -> Losses:
@@ -74,13 +83,11 @@ def losses(raw: RawOutput, targets: Targets, weights: LossWeights | None = None)
     classes, boxes = raw.classes.float(), raw.boxes()
     assignment = assign(classes.detach().sigmoid(), boxes.detach(), raw.anchors, targets)
     count = assignment.quality.sum().clamp(min=1.0)
-    image, anchor = torch.nonzero(assignment.is_positive, as_tuple=True)
-    part = assignment.part[image, anchor]
-    quality = assignment.quality[image, anchor]
-    true_boxes = targets.boxes[image, part]
-    overlap = complete_iou(boxes[image, anchor], true_boxes)
-    sides = _distribution_loss(raw, image, anchor, true_boxes)
-    distance, presence = _keypoint_losses(raw, targets, (image, anchor, part))
+    anchor, part, quality = _positives(assignment, targets.classes.shape[1])
+    true_boxes = at(targets.boxes, part)
+    overlap = complete_iou(at(boxes, anchor), true_boxes)
+    sides = _distribution_loss(raw, anchor, true_boxes)
+    distance, presence = _keypoint_losses(raw, anchor, true_boxes, at(targets.keypoints, part))
     return Losses(
         classes=weights.classes * _varifocal(classes, raw.anchors, targets, assignment) / count,
         box=weights.box * ((1 - overlap) * quality).sum() / count,
@@ -90,61 +97,70 @@ def losses(raw: RawOutput, targets: Targets, weights: LossWeights | None = None)
     )
 
 
+def _positives(assignment: Assignment, most: int) -> tuple[Tensor, Tensor, Tensor]:
+    """(B, P) anchor, part and quality of all positives; those that fill up have quality 0.
+
+    Their number is fixed by that of the parts: no step asks the device how many there are.
+    """
+    count = min(POSITIVES * most, assignment.part.shape[1])
+    wanted = assignment.quality + assignment.is_positive
+    anchor = wanted.topk(count, dim=1).indices
+    return anchor, at(assignment.part, anchor), at(assignment.quality, anchor)
+
+
 def _varifocal(logits: Tensor, anchors: Tensor, targets: Targets, assignment: Assignment) -> Tensor:
     """Zhang et al., "VarifocalNet", equation 2, summed over all anchors and classes."""
-    wanted = torch.zeros_like(logits)
-    image, anchor = torch.nonzero(assignment.is_positive, as_tuple=True)
-    number = targets.classes[image, assignment.part[image, anchor]]
-    wanted[image, anchor, number] = assignment.quality[image, anchor]
-    is_positive = torch.zeros_like(logits)
-    is_positive[image, anchor, number] = 1.0
+    number = at(targets.classes, assignment.part)
+    is_positive = _one_hot(number, logits.shape[-1]) & assignment.is_positive[..., None]
+    wanted = is_positive * assignment.quality[..., None]
     negative = _NEGATIVE_WEIGHT * logits.detach().sigmoid().pow(_NEGATIVE_FOCUS)
     negative = negative * ~_is_excused(logits, anchors, targets)
-    weight = torch.where(is_positive > 0, wanted, negative)
+    weight = torch.where(is_positive, wanted, negative)
     errors = functional.binary_cross_entropy_with_logits(logits, wanted, reduction="none")
     return (errors * weight).sum()
 
 
 def _is_excused(logits: Tensor, anchors: Tensor, targets: Targets) -> Tensor:
     """(B, A, C) where a part that is hardly seen may be found or not."""
-    excused = torch.zeros_like(logits, dtype=torch.bool)
-    ignored = targets.is_ignored & (targets.classes >= 0)
-    image, part = torch.nonzero(ignored, as_tuple=True)
-    boxes = targets.boxes[image, part]
-    inside = ((anchors > boxes[:, None, :2]) & (anchors < boxes[:, None, 2:])).all(-1)
-    row, anchor = torch.nonzero(inside, as_tuple=True)
-    excused[image[row], anchor, targets.classes[image[row], part[row]]] = True
-    return excused
+    boxes = targets.boxes[:, None]
+    places = anchors[:, None]
+    inside = ((places > boxes[..., :2]) & (places < boxes[..., 2:])).all(-1)
+    ignored = _one_hot(targets.classes, logits.shape[-1]) & targets.is_ignored[..., None]
+    return inside.to(logits.dtype) @ ignored.to(logits.dtype) > 0
 
 
-def _distribution_loss(raw: RawOutput, image: Tensor, anchor: Tensor, boxes: Tensor) -> Tensor:
-    """(P,) mean over the sides: cross entropy with the two bins around the true distance.
+def _one_hot(numbers: Tensor, count: int) -> Tensor:
+    """(..., count) bool; none where a number is -1."""
+    return numbers[..., None] == torch.arange(count, device=numbers.device)
+
+
+def _distribution_loss(raw: RawOutput, anchor: Tensor, boxes: Tensor) -> Tensor:
+    """(B, P) mean over the sides: cross entropy with the two bins around the true distance.
 
     Li et al., "Generalized Focal Loss", NeurIPS 2020, equation 6.
     """
     anchors = raw.anchors[anchor]
-    distances = torch.cat([anchors - boxes[:, :2], boxes[:, 2:] - anchors], dim=-1)
-    distances = (distances / raw.strides[anchor, None]).clamp(0, N_BINS - 1.01)
+    distances = torch.cat([anchors - boxes[..., :2], boxes[..., 2:] - anchors], dim=-1)
+    distances = (distances / raw.strides[anchor][..., None]).clamp(0, N_BINS - 1.01)
     lower = distances.long()
     share = distances - lower
-    logs = raw.sides[image, anchor].float().log_softmax(-1)
+    logs = at(raw.sides, anchor).float().log_softmax(-1)
     below = logs.gather(-1, lower[..., None])[..., 0]
     above = logs.gather(-1, lower[..., None] + 1)[..., 0]
     return -(below * (1 - share) + above * share).mean(-1)
 
 
 def _keypoint_losses(
-    raw: RawOutput, targets: Targets, where: tuple[Tensor, Tensor, Tensor]
+    raw: RawOutput, anchor: Tensor, boxes: Tensor, true: Tensor
 ) -> tuple[Tensor, Tensor]:
-    """(P,) mean distance of the keypoints in sizes of the part, and cross entropy of presence."""
-    image, anchor, part = where
-    true = targets.keypoints[image, part]
-    size = scale(targets.boxes[image, part]).clamp(min=1.0)
-    points = raw.points_at(image, anchor)
-    offset = (points - true[..., :2]) / size[:, None, None]
+    """(B, P) mean distance of the keypoints in sizes of the part, and cross entropy of presence."""
+    size = scale(boxes).clamp(min=1.0)
+    said = at(raw.keypoints, anchor)
+    offset = (raw.placed(said, anchor) - true[..., :2]) / size[..., None, None]
     distance = (offset.square().sum(-1) + _SMOOTHING**2).sqrt() - _SMOOTHING
     is_present = true[..., 2]
     mean = (distance * is_present).sum(-1) / is_present.sum(-1).clamp(min=1)
-    logits = raw.keypoints[image, anchor][..., 2].float()
-    presence = functional.binary_cross_entropy_with_logits(logits, is_present, reduction="none")
+    presence = functional.binary_cross_entropy_with_logits(
+        said[..., 2].float(), is_present, reduction="none"
+    )
     return mean, presence.mean(-1)

@@ -51,9 +51,12 @@ class RawOutput:
 
     def points_at(self, image: Tensor, anchor: Tensor) -> Tensor:
         """(P, K, 2) keypoints, px, of P anchors by their image and their place in it."""
-        offsets = self.keypoints[image, anchor][..., :2].float()
-        reach = KEYPOINT_GAIN * self.strides[anchor, None, None]
-        return self.anchors[anchor, None] + offsets * reach
+        return self.placed(self.keypoints[image, anchor], anchor)
+
+    def placed(self, said: Tensor, anchor: Tensor) -> Tensor:
+        """(..., K, 2) px, of keypoints (..., K, 3) as they are said at anchors (...)."""
+        reach = KEYPOINT_GAIN * self.strides[anchor][..., None, None]
+        return self.anchors[anchor][..., None, :] + said[..., :2].float() * reach
 
 
 class PoseNetwork(nn.Module):

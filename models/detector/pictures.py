@@ -33,7 +33,11 @@ class Pictures(Protocol):
 
 
 class HeldPictures:
-    """All images, decoded, on the device."""
+    """All images, decoded, on the device.
+
+    Attributes:
+        memory: (N, H * W) int32, as `cutting.cut_out` wants them.
+    """
 
     def __init__(self, samples: Sequence[TrainSample], place: Workplace) -> None:
         """Reads all of them.
@@ -43,18 +47,18 @@ class HeldPictures:
         """
         self._device = place.device
         first = packed(samples[0])
-        self._memory = torch.empty((len(samples), first.size), dtype=torch.int32)
-        self._memory = self._memory.to(place.device)
+        self.memory = torch.empty((len(samples), first.size), dtype=torch.int32)
+        self.memory = self.memory.to(place.device)
         with ThreadPoolExecutor(place.workers) as threads:
             for row, image in enumerate(threads.map(packed, samples)):
-                self._memory[row] = torch.from_numpy(image)
+                self.memory[row] = torch.from_numpy(image)
 
     def expect(self, places: Sequence[int]) -> None:
         """As in `Pictures`; they are there."""
 
     def take(self, places: Sequence[int]) -> tuple[Tensor, Tensor]:
         """As in `Pictures`."""
-        return self._memory, torch.tensor(places, device=self._device)
+        return self.memory, torch.tensor(places, device=self._device)
 
 
 class ReadPictures:

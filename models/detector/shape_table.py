@@ -130,11 +130,9 @@ def _about_axis(
 def _towards(points: Tensor) -> Tensor:
     """(P, 3, 3) the smallest rotations that bring the optical axis to the rays to points (P, 3)."""
     ray = points / points.norm(dim=-1, keepdim=True)
-    ahead = torch.zeros_like(ray)
-    ahead[:, 2] = 1
-    cross = _cross_matrix(torch.linalg.cross(ahead, ray))
-    # Rodrigues' formula with the sine in the matrix: (1 - cos) / sin^2 = 1 / (1 + cos).
     eye = torch.eye(3, device=ray.device)
+    cross = _cross_matrix(torch.linalg.cross(eye[2].expand_as(ray), ray))
+    # Rodrigues' formula with the sine in the matrix: (1 - cos) / sin^2 = 1 / (1 + cos).
     return eye + cross + (cross @ cross) / (1 + ray[:, 2])[:, None, None]
 
 

@@ -34,3 +34,10 @@ class Targets:
         """The same on another device."""
         pieces = [getattr(self, each.name) for each in fields(self)]
         return Targets(*(each.to(device, non_blocking=True) for each in pieces))
+
+
+def at(values: Tensor, places: Tensor) -> Tensor:
+    """(B, P, ...) of values (B, N, ...): those at places (B, P) of the same image."""
+    rest = values.shape[2:]
+    index = places.reshape(*places.shape, *[1] * len(rest))
+    return values.gather(1, index.expand(-1, -1, *rest))

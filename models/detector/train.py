@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from snapfit.models.detector.card import (
 from snapfit.models.detector.curves import write_curves
 from snapfit.models.detector.device import CPU, Workplace
 from snapfit.models.detector.export import export_onnx
+from snapfit.models.detector.graphed import GraphedSteps
 from snapfit.models.detector.label_table import Group
 from snapfit.models.detector.metrics import Validation, validated
 from snapfit.models.detector.onnx_graph import OPSET
@@ -167,18 +168,31 @@ def _train(trainer: Trainer, course: Course, checkpoint: Path, progress: Progres
     recipe = trainer.recipe
     before_s, first = trainer.elapsed_s, trainer.step
     begin = kept = time.perf_counter()
-    for images, targets in course.batches(recipe.batch, range(trainer.step, recipe.steps)):
-        if trainer.progress >= 1:
-            break
-        values = trainer.learn(images, targets)
+    for loss in _steps(trainer, course):
         now = time.perf_counter()
         trainer.elapsed_s = before_s + now - begin
         if progress is not None:
             speed = (trainer.step - first) * recipe.batch / (now - begin)
-            progress(Report(trainer.progress, trainer.step, values["total"], speed))
+            progress(Report(trainer.progress, trainer.step, loss, speed))
         if now - kept > _KEPT_EVERY_S:
             write_checkpoint(trainer, checkpoint)
             kept = now
+
+
+def _steps(trainer: Trainer, course: Course) -> Iterator[float]:
+    """Makes the steps that are left; gives the last known loss after each."""
+    recipe = trainer.recipe
+    if course.memory is not None:
+        graphed = GraphedSteps(trainer, course, course.memory)
+        while trainer.step < recipe.steps and trainer.progress < 1:
+            graphed.learn()
+            yield trainer.history["total"][-1] if trainer.history else float("nan")
+        graphed.read()
+        return
+    for images, targets in course.batches(recipe.batch, range(trainer.step, recipe.steps)):
+        if trainer.progress >= 1:
+            return
+        yield trainer.learn(images, targets)["total"]
 
 
 def _validation(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from pickle import UnpicklingError
 from typing import Any
@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 
 from snapfit.models.detector.device import Workplace
-from snapfit.models.detector.losses import losses
+from snapfit.models.detector.losses import losses, named
 from snapfit.models.detector.network import PoseNetwork
 from snapfit.models.detector.recipe import Recipe
 from snapfit.models.detector.targets import Targets
@@ -44,12 +44,17 @@ class Trainer:
         network = PoseNetwork(recipe.size, n_classes, n_keypoints)
         self.network = network.to(workplace.device, memory_format=torch.channels_last)
         self.averaged = copy.deepcopy(self.network).eval().requires_grad_(False)
+        # On a GPU the numbers that change from step to step lie there, as a CUDA graph wants them.
+        is_cuda = workplace.device.type == "cuda"
+        rate = recipe.learning_rate
         self.optimiser = torch.optim.AdamW(
             _groups(self.network, recipe.weight_decay),
-            lr=recipe.learning_rate,
+            lr=torch.tensor(rate, device=workplace.device) if is_cuda else rate,
             betas=(0.9, 0.99),
-            fused=workplace.device.type == "cuda",
+            fused=is_cuda,
+            capturable=is_cuda,
         )
+        self._keep = torch.zeros((), device=workplace.device)
         self.step, self.elapsed_s = 0, 0.0
         self._pairs = [
             (list(self.averaged.parameters()), list(self.network.parameters())),
@@ -74,25 +79,49 @@ class Trainer:
         Raises:
             TrainingError: the loss is no number.
         """
-        self.network.train()
+        self.prepare()
+        found = self.advance(images, targets.to(self.workplace.device))
+        self.step += 1
+        values = named(found.tolist())
+        self.remember([values])
+        return values
+
+    def prepare(self) -> None:
+        """Sets what changes from step to step: the learning rate, and how fast the average goes."""
+        rate = self.recipe.learning_rate * rate_at(self.progress, self.recipe)
         for group in self.optimiser.param_groups:
-            group["lr"] = self.recipe.learning_rate * rate_at(self.progress, self.recipe)
+            if isinstance(group["lr"], Tensor):
+                group["lr"].fill_(rate)
+            else:
+                group["lr"] = rate
+        step = self.step + 1
+        self._keep.fill_(min(self.recipe.average, (1 + step) / (_AVERAGE_DELAY + step)))
+
+    def advance(self, images: Tensor, targets: Targets) -> Tensor:
+        """(5,) losses before the step that it makes; asks the device for nothing."""
+        self.network.train()
         with self.workplace.precision():
             raw = self.network(as_input(images, self.workplace.device))
-        found = losses(raw, targets.to(self.workplace.device), self.recipe.weights)
-        values = found.values()
-        if not math.isfinite(values["total"]):
-            problem = f"the loss is {values['total']} in step {self.step}: lower the learning rate"
-            raise TrainingError(problem)
+        found = losses(raw, targets, self.recipe.weights)
         self.optimiser.zero_grad(set_to_none=True)
         found.total.backward()
         nn.utils.clip_grad_norm_(self.network.parameters(), self.recipe.clip)
         self.optimiser.step()
-        self.step += 1
         self._average()
-        for name, value in values.items():
-            self.history.setdefault(name, []).append(value)
-        return values
+        return found.stacked.detach()
+
+    def remember(self, steps: Sequence[Mapping[str, float]]) -> None:
+        """Puts the losses of the last steps into the history.
+
+        Raises:
+            TrainingError: one is no number.
+        """
+        for ago, values in zip(range(len(steps), 0, -1), steps, strict=True):
+            if not math.isfinite(values["total"]):
+                where = f"the loss is {values['total']} in step {self.step - ago}"
+                raise TrainingError(f"{where}: lower the learning rate")
+            for name, value in values.items():
+                self.history.setdefault(name, []).append(value)
 
     def state(self) -> dict[str, Any]:
         """All that is needed to go on."""
@@ -151,10 +180,10 @@ class Trainer:
 
     @torch.no_grad()
     def _average(self) -> None:
-        keep = min(self.recipe.average, (1 + self.step) / (_AVERAGE_DELAY + self.step))
-        weights, statistics = self._pairs
-        # In one call: hundreds of small ones would take a GPU longer than the step itself.
-        torch._foreach_lerp_(*weights, 1 - keep)
+        (averaged, weights), statistics = self._pairs
+        # All in one call: hundreds of small ones would take a GPU longer than the step itself.
+        torch._foreach_mul_(averaged, self._keep)
+        torch._foreach_add_(averaged, torch._foreach_mul(weights, 1 - self._keep))
         # Statistics are averages already.
         torch._foreach_copy_(*statistics)
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from snapfit.models.detector.boxes import area
 from snapfit.models.detector.label_table import LabelTable
 from snapfit.models.detector.shape_table import ShapeTable, canonical
 from snapfit.models.detector.targets import Targets
@@ -56,20 +57,21 @@ def sampled_views(
     """Views at random.
 
     Args:
-        table: of the images, in the main memory.
+        table: of the images.
         images: (T,) which image each view is of.
         aims: (T, 4) left, top, right, bottom of the part that lies somewhere in the view, px; an
             empty box (right = left) for any place.
         size: width and height of the views, px.
         parameters: what a view is like.
         aimed_share: share of the views that are laid around their part.
-        generator: where chance comes from.
+        generator: where chance comes from, on the device of the table.
     """
     count, (width, height) = len(images), size
     wide, high = table.size
+    device = generator.device
 
     def uniform(*shape: int) -> Tensor:
-        return torch.rand(shape, generator=generator)
+        return torch.rand(shape, generator=generator, device=device)
 
     scale = parameters.across_px / wide * parameters.zoom ** (2 * uniform(count) - 1)
     sides = (aims[:, 2:] - aims[:, :2]).amax(dim=1)
@@ -77,16 +79,18 @@ def sampled_views(
     # A part that is larger than the view is made to fit, nearly.
     fitting = torch.minimum(scale, 1.1 * min(width, height) / sides.clamp(min=1))
     scale = torch.where(is_aimed, fitting, scale)
-    anywhere = uniform(count, 2) * torch.tensor([wide, high])
+    whole = filled(device, wide, high)
+    anywhere = uniform(count, 2) * whole
     aim = torch.where(is_aimed[:, None], (aims[:, :2] + aims[:, 2:]) / 2, anywhere)
-    roll = math.radians(parameters.roll_deg) * torch.randn(count, generator=generator)
+    roll = math.radians(parameters.roll_deg) * torch.randn(
+        count, generator=generator, device=device
+    )
     turn = scale[:, None, None] * _turns(roll)
-    extent = torch.tensor([width, height], dtype=torch.float32)
+    extent = filled(device, width, height)
     border = parameters.border_share
     goal = (border + (1 - 2 * border) * uniform(count, 2)) * extent
     offset = goal - (turn @ (aim + 0.5)[..., None])[..., 0]
     # What lies beyond the image teaches nothing: leave little of it in the view.
-    whole = torch.tensor([wide, high], dtype=torch.float32)
     wished = (turn @ (whole / 2)[:, None])[..., 0] + offset - extent / 2
     slack = (scale[:, None] * whole - extent).abs() / 2 + 0.06 * extent
     offset = offset + wished.clamp(-slack, slack) - wished
@@ -105,11 +109,10 @@ def labelled(views: ViewBatch, table: LabelTable, shapes: ShapeTable) -> Targets
     )
     outline = _places(shapes.hulls[kinds], rotations, translations, camera, matrices)
     keypoints = _places(shapes.keypoints[kinds], rotations, translations, camera, matrices)
-    size = torch.tensor([views.width, views.height], device=images.device)
+    size = filled(images.device, views.width, views.height)
     near, far = outline.amin(dim=2), outline.amax(dim=2)
     box = torch.cat([near.clamp(min=0).minimum(size), far.clamp(min=0).minimum(size)], dim=-1)
-    area = (far - near).prod(dim=-1).clamp(min=1e-9)
-    inside = (box[..., 2:] - box[..., :2]).prod(dim=-1) / area
+    inside = area(box) / area(torch.cat([near, far], dim=-1)).clamp(min=1e-9)
     presence = ((keypoints >= 0) & (keypoints <= size)).all(dim=-1)
     return Targets(
         classes=torch.where(inside > 0, classes, -1),
@@ -145,6 +148,11 @@ def _places(
     pixels = flat * focal + middle + 0.5
     turn, shift = matrices[:, None, :, :2], matrices[:, None, None, :, 2]
     return pixels @ turn.transpose(-2, -1) + shift
+
+
+def filled(device: torch.device, *numbers: float) -> Tensor:
+    """(n,) numbers, written where they are needed: a CUDA graph copies nothing from elsewhere."""
+    return torch.stack([torch.full((), float(number), device=device) for number in numbers])
 
 
 def _turns(angles: Tensor) -> Tensor:

@@ -186,7 +186,7 @@ def test_the_same_seed_gives_the_same_views(images, shapes):
 
 def test_a_round_shows_every_image_once(images, shapes):
     course = Course([(list(images), shapes)], ViewParameters(), 2, CPU)
-    shown = [place for number in range(4) for place in course._places(number, 1)]
+    shown = [place for number in range(4) for place in course.places(number, 1)]
     assert sorted(shown) == list(range(8))
     assert shown != list(range(8))
 
