@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from snapfit.models.errors import SnapfitError
 from snapfit.models.recording import Recording
 from snapfit.tracking.benchmark.notes import Notes
-from snapfit.tracking.benchmark.roster import needs_true_state, starts_cold
+from snapfit.tracking.benchmark.roster import frame_step, needs_true_state, starts_cold
 from snapfit.tracking.benchmark.run import Run
 from snapfit.tracking.benchmark.sequences import SequenceFolder
 from snapfit.tracking.errors import FrameError, TrackingError
@@ -45,9 +45,12 @@ class Entrant:
         self._is_told_state = needs_true_state(method)
         self._told = ""
         self._notes = Notes(recording)
+        self._step = frame_step(method)
 
     def track(self, number: int, frame: Frame) -> None:
         """Has it track a frame, the first one from the true poses, if it is given any.
+
+        A method that remembers nothing is not shown every frame.
 
         Only `track` is timed; a detector's time is in it, also where it would look beside.
 
@@ -55,6 +58,8 @@ class Entrant:
             TrackingError: it needs the true state and there is none, or it cannot start.
             FrameError: it refuses the frame.
         """
+        if number % self._step:
+            return
         if number == 0 and not self._is_cold:
             self._tracker.start(frame, self._recording.initial_poses)
         if self._is_told_state:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from snapfit.models.pose import Pose
@@ -29,6 +31,7 @@ class Notes:
         self._times_ms = np.zeros((2, n_frames))
         self._misassembled = np.zeros(shape, dtype=np.bool_)
         self._states = [""] * n_frames
+        self._taken: list[int] = []
 
     def take(self, number: int, result: TrackingResult, took_ms: tuple[float, float]) -> None:
         """Notes down a frame.
@@ -44,6 +47,7 @@ class Notes:
         name = self._recording.frames[number].name
         if result.frame != name:
             raise TrackingError(f"frame {name} was answered as {result.frame}")
+        self._taken.append(number)
         self._times_ms[:, number] = took_ms
         self._states[number] = result.state or ""
         for wrong in result.assembly.misassemblies if result.assembly else ():
@@ -61,7 +65,7 @@ class Notes:
                     self._covariances[number, i] = estimate.covariance
 
     def judged(self, folder: SequenceFolder, method: str, *, is_told_state: bool) -> Run:
-        """The run, every frame judged.
+        """The run, every frame judged that it was shown.
 
         Args:
             folder: names of asset and condition.
@@ -70,8 +74,10 @@ class Notes:
         """
         recording = self._recording
         parts = recording.parts
-        truths = [recording.truth[frame.name] for frame in recording.frames]
-        errors, nees = self._errors()
+        taken = self._taken
+        names = [recording.frames[number].name for number in taken]
+        truths = [recording.truth[name] for name in names]
+        errors, nees = self._errors(names)
         visibility = [[t.visibility.get(part.name, np.nan) for part in parts] for t in truths]
         return Run(
             asset=folder.asset,
@@ -83,30 +89,30 @@ class Notes:
             image_width=recording.camera.color.width,
             frame_rate_hz=recording.frame_rate_hz,
             is_told_state=is_told_state,
-            frames=np.array([frame.name for frame in recording.frames]),
+            frames=np.array(names),
             errors=errors,
             nees=nees,
-            confidences=self._confidences,
-            camera_from_body=self._poses,
-            statuses=self._statuses,
+            confidences=self._confidences[taken],
+            camera_from_body=self._poses[taken],
+            statuses=self._statuses[taken],
             visibility=np.array(visibility, dtype=np.float64),
-            times_ms=self._times_ms[0],
-            cpu_ms=self._times_ms[1],
-            misassembled=self._misassembled,
+            times_ms=self._times_ms[0, taken],
+            cpu_ms=self._times_ms[1, taken],
+            misassembled=self._misassembled[taken],
             true_states=np.array([truth.state or "" for truth in truths]),
-            states=np.array(self._states),
+            states=np.array([self._states[number] for number in taken]),
         )
 
-    def _errors(self) -> tuple[Array, Array]:
-        """(F, P, 5) errors and (F, P, 3) normalised ones."""
-        shape = self._statuses.shape
+    def _errors(self, names: Sequence[str]) -> tuple[Array, Array]:
+        """(F, P, 5) errors and (F, P, 3) normalised ones, of the frames taken."""
+        shape = len(names), len(self._recording.parts)
         errors = np.empty((*shape, len(MISSED.values)))
         nees = np.empty((*shape, 3))
         for i, part in enumerate(self._recording.parts):
             judge = PartJudge(part, self._recording.camera.color)
-            for f, frame in enumerate(self._recording.frames):
-                truth = self._recording.truth[frame.name].camera_from_body[part.name]
-                matrix, covariance = self._poses[f, i], self._covariances[f, i]
+            for f, (number, name) in enumerate(zip(self._taken, names, strict=True)):
+                truth = self._recording.truth[name].camera_from_body[part.name]
+                matrix, covariance = self._poses[number, i], self._covariances[number, i]
                 judged, nees[f, i] = judge.judge(
                     Pose(matrix) if np.isfinite(matrix[0, 0]) else None,
                     truth,

@@ -13,6 +13,7 @@ from snapfit.tracking.benchmark.reading import READING
 from snapfit.tracking.benchmark.roster import ablations, summary
 from snapfit.tracking.benchmark.run import Run
 from snapfit.tracking.benchmark.scores import part_scores
+from snapfit.tracking.benchmark.sequences import SequenceFolder
 from snapfit.tracking.benchmark.states import changes
 from snapfit.tracking.benchmark.tables import (
     ABLATION_COLUMNS,
@@ -109,8 +110,8 @@ def _facts(outcomes: Sequence[Outcome], provenance: Provenance) -> Iterator[str]
     for machine in dict.fromkeys(each.circumstances.machine for each in outcomes):
         yield f"Machine: {machine.cpu}, {machine.n_cores} cores; {machine.system}"
     yield f"Data: {provenance.note or 'says nothing of its seed'}"
-    n_frames = sum({each.folder: len(each.run.frames) for each in outcomes}.values())
-    n_sequences = len({each.folder for each in outcomes})
+    sequences = _longest(outcomes)
+    n_frames, n_sequences = sum(len(run.frames) for run in sequences.values()), len(sequences)
     limit = provenance.most_frames
     some = f", the first {limit} of each: a quick look, no result" if limit else ""
     yield f"Frames: {n_frames} in {n_sequences} sequences{some}"
@@ -162,7 +163,7 @@ def _failures(failures: Sequence[Failure]) -> Iterator[str]:
 
 def _data_table(outcomes: Sequence[Outcome]) -> str:
     cells = []
-    sequences = {each.folder: each.run for each in outcomes}
+    sequences = _longest(outcomes)
     for asset in dict.fromkeys(folder.asset for folder in sequences):
         runs = [run for folder, run in sequences.items() if folder.asset == asset]
         run = runs[0]
@@ -172,6 +173,16 @@ def _data_table(outcomes: Sequence[Outcome]) -> str:
         n_switches = len(changes(run.true_states.tolist()))
         cells.append([asset, names, conditions, " or ".join(lengths), str(n_switches)])
     return plain_table(["asset", "parts", "conditions", "frames each", "switches"], cells, 3)
+
+
+def _longest(outcomes: Sequence[Outcome]) -> dict[SequenceFolder, Run]:
+    """By sequence a run of one of the methods that were shown the most frames of it."""
+    runs: dict[SequenceFolder, Run] = {}
+    for each in outcomes:
+        known = runs.get(each.folder)
+        if known is None or len(each.run.frames) > len(known.frames):
+            runs[each.folder] = each.run
+    return runs
 
 
 def _part_title(run: Run, name: str) -> str:

@@ -47,6 +47,11 @@ def finds_parts(method: str) -> bool:
     return bool(getattr(METHODS.get(method), "finds_parts", False))
 
 
+def frame_step(method: str) -> int:
+    """Of how many frames a method is shown one: over 1 for those that remember nothing."""
+    return int(getattr(METHODS.get(method), "frame_step", 1))
+
+
 def follows_states(method: str) -> bool:
     """Whether a method follows the assembly state by itself, and can be told where it begins."""
     graph = getattr(METHODS.get(method), "graph", None)

@@ -55,14 +55,18 @@ def pictures(recording: Recording, runs: Sequence[Run]) -> Iterator[Image]:
         FrameError: an image cannot be read.
     """
     camera = panel_camera(recording.camera.color)
-    for f, files in enumerate(recording.frames):
+    # A method that is not shown every frame keeps its last picture.
+    rows = [0] * len(runs)
+    for files in recording.frames:
         frame = read_frame(files, recording.camera, 0)
         image = cv2.resize(frame.color, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
         state = recording.truth[files.name].state
         panels = [_labelled(image.copy(), f"{files.name}  {state or ''}")]
-        for run in runs:
-            overlay = draw_overlay(image, camera, recording.parts, run.estimates(f))
-            panels.append(_labelled(overlay, f"{run.method}  {run.states[f]}"))
+        for i, run in enumerate(runs):
+            if rows[i] + 1 < len(run.frames) and run.frames[rows[i] + 1] == files.name:
+                rows[i] += 1
+            overlay = draw_overlay(image, camera, recording.parts, run.estimates(rows[i]))
+            panels.append(_labelled(overlay, f"{run.method}  {run.states[rows[i]]}"))
         yield _grid(panels, picture_size_px(camera, len(runs)))
 
 

@@ -71,6 +71,25 @@ def test_each_frame_is_judged_from_the_true_start(
     assert run.states.tolist() == ["apart"] * 4 + ["joined"] * 2
 
 
+def test_a_method_that_remembers_nothing_is_not_shown_every_frame(
+    scripted: Callable,
+    beside: Callable,
+    tasks: list[Task],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scripted(beside)
+    (whole,) = ran(tasks[:1], tmp_path / "whole")
+    monkeypatch.setattr(contest, "frame_step", lambda method: 2)
+    scripted(lambda number, name, truth: beside(2 * number, name, truth))
+    (outcome,) = ran(tasks[:1], tmp_path / "runs")
+    run, rows = outcome.run, [0, 2, 4]
+    assert run.frames.tolist() == whole.run.frames[rows].tolist()
+    assert run.errors == pytest.approx(whole.run.errors[rows])
+    assert run.true_states.tolist() == ["apart", "apart", "joined"]
+    assert run.times_ms.shape == (3,)
+
+
 def test_a_part_that_turns_about_its_axis_has_not_moved(
     scripted: Callable, tasks: list[Task], tmp_path: Path
 ) -> None:
