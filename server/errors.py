@@ -54,3 +54,7 @@ class KeyFileError(SnapfitError):
 
 class TlsError(SnapfitError):
     """A certificate or private key that cannot be used; names the file."""
+
+
+class WatchError(SnapfitError):
+    """A server that cannot be watched, in the words of the client."""

@@ -20,6 +20,7 @@ from snapfit.server.cli.replay import replay
 from snapfit.server.cli.serving import demo, serve
 from snapfit.server.cli.track import track
 from snapfit.server.cli.train import train
+from snapfit.server.cli.watch import watch
 from snapfit.server.cli.worker import worker
 
 app = typer.Typer(
@@ -32,6 +33,7 @@ app = typer.Typer(
 for command in (
     demo,
     serve,
+    watch,
     worker,
     track,
     record,

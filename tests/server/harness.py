@@ -18,6 +18,8 @@ import httpx
 
 HERE = Path(__file__).parent
 SHARED_MEMORY = Path("/dev/shm")
+# A machine in use takes seconds to end each worker.
+END_S = 60
 
 
 def free_port() -> int:
@@ -100,7 +102,7 @@ class Server:
         self.client.close()
         if self.process.poll() is None:
             self.process.send_signal(number)
-        out, err = self.process.communicate(timeout=10)
+        out, err = self.process.communicate(timeout=END_S)
         return self.process.returncode, out, err
 
 

@@ -10,6 +10,7 @@ import httpx
 import pytest
 from harness import Server, running, wait_for
 
+from snapfit.clients.python import Client, KeyNeededError, RoleNeededError, WrongKeyError
 from snapfit.server.schemas_base import Problem
 from snapfit.server.security.key_file import add_key, remove_key
 from snapfit.server.security.key_hash import new_key
@@ -82,6 +83,26 @@ def test_who_reads_does_not_operate(guarded: Guarded) -> None:
         ask = guarded.server.client.request
         assert_problem(ask(method, "/v1/poses", headers=guarded.reader), 403, "role-needed")
         assert ask(method, "/v1/poses", headers=guarded.operator).status_code == 405
+
+
+def test_the_python_client_sends_its_key_everywhere(
+    guarded: Guarded, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = str(guarded.server.client.base_url)
+    monkeypatch.delenv("SNAPFIT_KEY", raising=False)
+    with Client(url) as client:
+        for ask in (client.poses, lambda: next(client.follow()), lambda: next(client.events())):
+            with pytest.raises(KeyNeededError, match="SNAPFIT_KEY"):
+                ask()
+    with Client(url, key=new_key()) as client, pytest.raises(WrongKeyError):
+        next(client.follow(way="poll"))
+    monkeypatch.setenv("SNAPFIT_KEY", guarded.key)
+    for address in (url, f"{url}/?key={guarded.key}"):
+        with Client(address) as client:
+            assert next(client.follow()).station == client.info().station == "bench-1"
+            assert guarded.key not in repr(client._transport.connection)
+            with pytest.raises(RoleNeededError):
+                client.reset()
 
 
 def test_a_browser_gets_a_session_for_its_key(guarded: Guarded) -> None:

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 import pytest
 from harness import Server, running, segments_of, wait_for
 
+from snapfit.clients.python import Client, WhichStationError
+
 NAMES = ["left", "right"]
 
 
@@ -34,6 +36,17 @@ def test_each_has_its_own_poses(two: Server) -> None:
     assert snapshots[0]["boot_id"] != snapshots[1]["boot_id"]
     assert two.get("/v1/stations/left/poses/jaw").json()["station"] == "left"
     assert two.get("/v1/stations/right/frame.jpg").status_code == 200
+
+
+def test_the_python_client_says_which_station(two: Server) -> None:
+    url = f"http://127.0.0.1:{two.port}"
+    with Client(url) as client, Client(url, station="right") as right:
+        for ask in (client.poses, client.info, client.frame_jpeg):
+            with pytest.raises(WhichStationError, match="station=") as which:
+                ask()
+            assert which.value.names == tuple(NAMES)
+        assert client.at("left").poses().station == "left"
+        assert right.poses().station == right.info().station == "right"
 
 
 @pytest.mark.parametrize("path", ["/v1/poses", "/v1/poses/jaw", "/v1/frame.jpg"])

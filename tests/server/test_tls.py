@@ -12,6 +12,9 @@ import httpx
 import pytest
 from harness import running, wait_for
 
+from snapfit.clients.python import CertificateError, Client
+
+START_S = 60
 SNAPFIT = str(Path(sys.executable).with_name("snapfit"))
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="there is no openssl")
@@ -43,8 +46,16 @@ def test_poses_over_https(pair: tuple[str, str], monkeypatch: pytest.MonkeyPatch
         server.client = httpx.Client(
             base_url=f"https://127.0.0.1:{server.port}", verify=context, timeout=5
         )
-        wait_for(server.answers)
-        assert wait_for(lambda: server.get("/v1/poses").status_code == 200)
+        wait_for(server.answers, START_S)
+        assert wait_for(lambda: server.get("/v1/poses").status_code == 200, START_S)
+        url = f"https://127.0.0.1:{server.port}"
+        for verify in (cert, context, False):
+            with Client(url, verify=verify) as client:
+                assert next(client.follow()).seq >= client.poses().seq - 100
+        with Client(url) as client:
+            for ask in (client.poses, lambda: next(client.follow()), lambda: next(client.events())):
+                with pytest.raises(CertificateError, match="verify="):
+                    ask()
 
 
 @pytest.mark.parametrize(
