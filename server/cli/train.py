@@ -30,7 +30,7 @@ def train(
     keypoints: Annotated[int, typer.Option(min=6, max=200, help="Keypoints of a part.")] = 17,
     steps: Annotated[int, typer.Option(min=1, help="Batches to learn from at most.")] = 8000,
     minutes: Annotated[float, typer.Option(min=0, help="End after so long; 0: no limit.")] = 0.0,
-    batch: Annotated[int, typer.Option(min=1, help="Views in a batch; a GPU wants 32.")] = 8,
+    batch: Annotated[int, typer.Option(min=1, help="Views in a batch; a GPU wants 128.")] = 8,
     rate: Annotated[float, typer.Option(min=1e-6, help="Learning rate at its highest.")] = 2e-3,
     width: Annotated[float, typer.Option(min=0.05, max=1.5, help="Of YOLOv8's layers.")] = 0.25,
     depth: Annotated[float, typer.Option(min=0.05, max=1.5, help="Of YOLOv8's blocks.")] = 0.33,
