@@ -80,7 +80,7 @@ def test_a_method_that_remembers_nothing_is_not_shown_every_frame(
 ) -> None:
     scripted(beside)
     (whole,) = ran(tasks[:1], tmp_path / "whole")
-    monkeypatch.setattr(contest, "frame_step", lambda method: 2)
+    monkeypatch.setattr(contest, "frame_step", lambda _: 2)
     scripted(lambda number, name, truth: beside(2 * number, name, truth))
     (outcome,) = ran(tasks[:1], tmp_path / "runs")
     run, rows = outcome.run, [0, 2, 4]
