@@ -14,6 +14,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import IO
 
 from compose_file import ROOT
 from dockerfile import Stage, read_dockerfile
@@ -150,7 +151,11 @@ def step(image: Image, command: str, arguments: dict[str, str] | None = None) ->
 
 
 def start(
-    image: Image, command: list[str], environment: dict[str, str], mounts: dict[str, str]
+    image: Image,
+    command: list[str],
+    environment: dict[str, str],
+    mounts: dict[str, str],
+    log: IO[str] | None = None,
 ) -> subprocess.Popen[str]:
     """Start a container's command as Compose has it: the user of the image, a root that cannot be
     written, no capability, no new privileges.
@@ -160,6 +165,7 @@ def start(
         command: and its arguments.
         environment: over the image's.
         mounts: by place: a folder (":ro" after it for one that is not to be written), or "tmpfs".
+        log: for what it prints; a pipe if none is given.
     """
     root = image.root
     steps = [f"mount --bind {root} {root}", f"mount -o remount,ro,bind {root}", *_system(image)]
@@ -178,7 +184,7 @@ def start(
     inside = _inside(image, {**image.environment, **environment}, [*user.split(), *command])
     return subprocess.Popen(
         ["unshare", "--mount", "sh", "-ec", "; ".join([*steps, "exec " + shlex.join(inside)])],
-        stdout=subprocess.PIPE,
+        stdout=subprocess.PIPE if log is None else log,
         stderr=subprocess.STDOUT,
         text=True,
     )

@@ -1,7 +1,8 @@
 """The profile `fleet` as processes on loopback, from the commands and variables of compose.yaml.
 
 What a network of containers gives is put in by hand: each service's name becomes an address with a
-port of its own, each volume a folder. Redis stands in for Valkey, and one worker for the three.
+port of its own, each volume a folder. Redis stands in for Valkey, and one worker for the three. It
+starts from the demo's own first poses, since on a busy machine finding the parts takes minutes.
 """
 
 from __future__ import annotations
@@ -41,8 +42,11 @@ class FleetProcesses:
         names = ("valkey", *REPLICAS, "http", "https", "prometheus")
         self.ports = {name: free_port() for name in names}
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
-        for name in ("keys", "metrics-key", "caddy", "prometheus", "logs", "bin"):
+        for name in ("keys", "metrics-key", "caddy", "prometheus", "logs", "bin", "config"):
             (folder / name).mkdir()
+        config = (DOCKER / "config/fleet.toml").read_text("utf-8")
+        config = config.replace('source = "demo"', 'source = "demo"\ndetector = "none"')
+        (folder / "config/fleet.toml").write_text(config, encoding="utf-8")
         snapfit = folder / "bin" / "snapfit"
         snapfit.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{_MAIN}" "$@"\n')
         snapfit.chmod(0o755)
@@ -112,7 +116,7 @@ class FleetProcesses:
 
     def _command(self, name: str) -> list[str]:
         words: list[str] = self._services[name]["command"]
-        return ["snapfit", *(word.replace("/config/", f"{DOCKER}/config/") for word in words)]
+        return ["snapfit", *(word.replace("/config/", f"{self._folder}/config/") for word in words)]
 
     def _variables(self, name: str) -> dict[str, str]:
         """The image's and the service's, at this machine's loopback addresses."""
