@@ -27,26 +27,33 @@ def main() -> int:
 def api_problem() -> str:
     """What is wrong with the API at this machine's port `SNAPFIT_PORT`; nothing if it is well.
 
-    The port speaks HTTP or, with a certificate, HTTPS; whichever it is, the other one fails.
+    The port speaks HTTP or, with a certificate, HTTPS.
     """
     port = int(os.environ.get("SNAPFIT_PORT", _DEFAULT_PORT))
-    # It is for names that others ask for, not for this machine's own.
+    try:
+        return _told(port, http.client.HTTPConnection("127.0.0.1", port, timeout=_TIMEOUT_S))
+    except (http.client.HTTPException, ConnectionResetError):
+        pass  # it did not understand: it speaks HTTPS
+    except OSError as error:
+        return f"port {port}: {error}"
+    # Its certificate is for names that others ask for, not for this machine's own.
     unchecked = ssl.create_default_context()
     unchecked.check_hostname, unchecked.verify_mode = False, ssl.CERT_NONE
-    plain = http.client.HTTPConnection("127.0.0.1", port, timeout=_TIMEOUT_S)
     secure = http.client.HTTPSConnection("127.0.0.1", port, timeout=_TIMEOUT_S, context=unchecked)
-    problem = ""
-    for connection in (plain, secure):
-        try:
-            connection.request("GET", "/healthz")
-            status = connection.getresponse().status
-        except (OSError, http.client.HTTPException) as error:
-            problem = problem or f"port {port}: {error}"
-        else:
-            return "" if status == http.HTTPStatus.OK else f"port {port}: /healthz says {status}"
-        finally:
-            connection.close()
-    return problem
+    try:
+        return _told(port, secure)
+    except (OSError, http.client.HTTPException) as error:
+        return f"port {port}: {error}"
+
+
+def _told(port: int, connection: http.client.HTTPConnection) -> str:
+    """What is wrong by this answer."""
+    try:
+        connection.request("GET", "/healthz")
+        status = connection.getresponse().status
+    finally:
+        connection.close()
+    return "" if status == http.HTTPStatus.OK else f"port {port}: /healthz says {status}"
 
 
 def worker_problem(station: str) -> str:
