@@ -51,7 +51,9 @@ def problem_of(command: str) -> str | None:
         urls = [word for word in words if word.startswith("http")]
         return problem_of_path(urlsplit(urls[0]).path) if urls else "curl without an address"
     if program == "docker":
-        return None if words[1] in {"build", "run"} else f"docker {words[1]} is not known here"
+        return None if words[1] in {"build", "run", "compose"} else f"no docker {words[1]}"
+    if program in {"cd", "git"}:
+        return None
     return None if program in TOOLS else f"{program} is not known here"
 
 
