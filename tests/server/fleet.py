@@ -8,11 +8,14 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from harness import HERE, Server, free_port, wait_for, with_tests
+
+from snapfit.models.cache import CACHE_VARIABLE
 
 REDIS = shutil.which("redis-server") or shutil.which("valkey-server")
 needs_redis = pytest.mark.skipif(REDIS is None, reason="there is no redis-server to test with")
@@ -58,12 +61,12 @@ def redis_server() -> Iterator[Redis]:
 class WorkerMachine:
     """`snapfit worker` with the scripted pipeline."""
 
-    def __init__(self, folder: Path, url: str) -> None:
+    def __init__(self, folder: Path, url: str, **environment: str) -> None:
         config = folder / "worker.toml"
         config.write_text(f'store = "{url}"\n')
         self.process = subprocess.Popen(
             [sys.executable, str(HERE / "work_scripted.py"), str(config)],
-            env={**os.environ, "PYTHONPATH": with_tests()},
+            env={**os.environ, "PYTHONPATH": with_tests(), **environment},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -73,13 +76,13 @@ class WorkerMachine:
         """Exit code, standard output, standard error."""
         if self.process.poll() is None:
             self.process.send_signal(number)
-        out, err = self.process.communicate(timeout=15)
+        out, err = self.process.communicate(timeout=30)
         return self.process.returncode, out, err
 
 
 @contextmanager
-def working(folder: Path, url: str) -> Iterator[WorkerMachine]:
-    machine = WorkerMachine(folder, url)
+def working(folder: Path, url: str, **environment: str) -> Iterator[WorkerMachine]:
+    machine = WorkerMachine(folder, url, **environment)
     try:
         yield machine
     finally:
@@ -87,13 +90,43 @@ def working(folder: Path, url: str) -> Iterator[WorkerMachine]:
 
 
 @contextmanager
-def replica(url: str) -> Iterator[Server]:
-    """An API without workers of its own."""
+def replica(url: str, cache: Path | None = None) -> Iterator[Server]:
+    """An API without workers of its own, on a machine with a cache of its own."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SNAPFIT_STORE", url)
+        if cache is not None:
+            patch.setenv(CACHE_VARIABLE, str(cache))
         server = Server()
     try:
-        wait_for(server.answers)
+        wait_for(server.answers, 30)
         yield server
     finally:
         server.end()
+
+
+@dataclass
+class Fleet:
+    """A worker's machine, whose camera sees a marker, and two replicas; each has its own cache."""
+
+    redis: Redis
+    machine: WorkerMachine
+    servers: tuple[Server, Server]
+    folder: Path
+
+
+@contextmanager
+def a_fleet(folder: Path) -> Iterator[Fleet]:
+    own = {"SCRIPTED_FAULT": "marker", CACHE_VARIABLE: str(folder / "worker")}
+    with ExitStack() as open_now:
+        redis = open_now.enter_context(redis_server())
+        machine = open_now.enter_context(working(folder, redis.url, **own))
+        one = open_now.enter_context(replica(redis.url, folder / "one"))
+        two = open_now.enter_context(replica(redis.url, folder / "two"))
+        for server in (one, two):
+            wait_for(lambda server=server: is_fresh(server))
+        yield Fleet(redis, machine, (one, two), folder)
+
+
+def is_fresh(server: Server) -> bool:
+    answer = server.get("/v1/poses")
+    return answer.status_code == 200 and not answer.json()["stale"]
