@@ -18,7 +18,7 @@ import httpx
 
 HERE = Path(__file__).parent
 SHARED_MEMORY = Path("/dev/shm")
-START_LIMIT_S = 60.0  # a second, but for machines that have other things to do
+START_LIMIT_S, END_LIMIT_S = 60.0, 30.0  # seconds, but for machines that have other things to do
 
 
 def free_port() -> int:
@@ -102,7 +102,7 @@ class Server:
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
-            out, err = self.process.communicate(timeout=10)
+            out, err = self.process.communicate(timeout=END_LIMIT_S)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.communicate()
