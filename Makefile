@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
 
-.PHONY: help env env-test demo test test-all lint types bench openapi format clean
+.PHONY: help env env-test demo test test-all lint types bench soak openapi format clean
 
 help:  ## Show the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | sort
@@ -48,6 +48,9 @@ types: env-test
 
 bench: env-test  ## Speed of the tracker, the viewpoint models and the server
 	$(BIN)/python tests/bench/run.py
+
+soak: env-test  ## Whether the server grows: twelve minutes at 60 frames a second
+	$(BIN)/python tests/bench/run.py soak
 
 openapi: env  ## Write openapi/openapi.json anew
 	$(BIN)/snapfit openapi --out openapi/openapi.json

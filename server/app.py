@@ -15,7 +15,7 @@ from importlib.metadata import version
 from fastapi import Depends, FastAPI
 
 from snapfit.server.clock import Clock
-from snapfit.server.fast_lane import PosesFastLane
+from snapfit.server.fast_lane import FastLane
 from snapfit.server.fleet.keepers import backing_for
 from snapfit.server.gbot_port import GbotPort
 from snapfit.server.metrics import Metrics
@@ -105,7 +105,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     page = page_router()
     app.include_router(page)
     install_security(app, settings.security, settings.host, page_paths(page))
-    app.add_middleware(PosesFastLane, stations=all_stations, access=app.state.access)
+    app.add_middleware(FastLane, stations=all_stations, access=app.state.access)
     app.add_middleware(GbotPort, port=settings.gbot_port)
     # The last one added is the first to see a request.
     app.add_middleware(RequestClock, clock=all_stations.clock, metrics=app.state.metrics)

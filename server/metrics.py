@@ -34,6 +34,7 @@ class Metrics:
             registry=self._registry,
             buckets=_BUCKETS_S,
         )
+        self._series: dict[tuple[str, str, int], Histogram] = {}
         self.dropped = Counter(
             "snapfit_dropped_clients",
             "Clients of streams that did not read.",
@@ -42,7 +43,11 @@ class Metrics:
 
     def observe(self, method: str, route: str, status: int, seconds: float) -> None:
         """Count a request that was answered."""
-        self._latency.labels(method, route, str(status)).observe(seconds)
+        key = (method, route, status)
+        series = self._series.get(key)
+        if series is None:
+            series = self._series[key] = self._latency.labels(method, route, str(status))
+        series.observe(seconds)
 
     def text(self) -> bytes:
         """In Prometheus' text format."""

@@ -13,7 +13,7 @@ RECEIVED_AT_US = "snapfit.received_at_us"
 """In the scope: when the request came in, by the server's clock."""
 
 FAST_LANE = "snapfit.fast_lane"
-"""In the scope: poses were answered ahead of routing."""
+"""In the scope: the route, of what was answered ahead of routing."""
 
 _STREAMS = ("/events", ".mjpeg")
 _UNKNOWN = "unknown"
@@ -63,7 +63,7 @@ def _route(scope: Scope) -> str:
     path: str = scope["path"]
     if "route" not in scope:
         # Answered ahead of routing, or nothing there.
-        return "/v1/poses" if scope.get(FAST_LANE) else _UNKNOWN
+        return str(scope.get(FAST_LANE, _UNKNOWN))
     done = ""
     for name, value in scope.get("path_params", {}).items():
         before, slash, path = path.partition(f"/{value}")

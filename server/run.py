@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import gc
 import signal
 import socket
 import sys
@@ -73,6 +74,10 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _ignore)
     server = _Server(config, app.state.stations)
+    # What is there now stays: looking through it for garbage would hold up every answer for tens of
+    # milliseconds.
+    gc.collect()
+    gc.freeze()
     with ExitStack() as open_now:
         listeners = [open_now.enter_context(_listen(settings.host, port)) for port in ports]
         runner = open_now.enter_context(asyncio.Runner(loop_factory=config.get_loop_factory()))

@@ -72,7 +72,7 @@ class Station:
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
         self._asset: ExportedAsset | None = None
-        self.watch = Watch(self.moment, self._on_moment)
+        self.watch = Watch(self.moment, self._on_moment, lambda: self.news.events.latest)
 
     def start(self) -> None:
         """Start the worker."""

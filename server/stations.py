@@ -134,13 +134,15 @@ class Stations:
             stations=names,
         )
 
-    def at_poses_path(self, path: str) -> Station | None:
-        """The station whose poses are at this path, long or short; None elsewhere."""
-        if path == "/v1/poses":
-            return next(iter(self._stations.values())) if len(self._stations) == 1 else None
-        if path.startswith(_PREFIX) and path.endswith(_SUFFIX):
-            return self._stations.get(path[len(_PREFIX) : -len(_SUFFIX)])
-        return None
+    def at(self, path: str) -> tuple[Station, str] | None:
+        """The station that a path names, at length or in short, and what of it; None elsewhere."""
+        if path.startswith(_PREFIX):
+            name, _, what = path[len(_PREFIX) :].partition("/")
+            station = self._stations.get(name)
+        else:
+            what = path[len(_SHORT_PREFIX) :] if path.startswith(_SHORT_PREFIX) else ""
+            station = next(iter(self._stations.values())) if len(self._stations) == 1 else None
+        return None if station is None else (station, what)
 
 
 def _log_failure(task: asyncio.Task[None]) -> None:
@@ -149,4 +151,4 @@ def _log_failure(task: asyncio.Task[None]) -> None:
 
 
 _LOG = logging.getLogger(__name__)
-_PREFIX, _SUFFIX = "/v1/stations/", "/poses"
+_SHORT_PREFIX, _PREFIX = "/v1/", "/v1/stations/"

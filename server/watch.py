@@ -1,4 +1,4 @@
-"""Wakes whoever waits for a station's next snapshot: long polls, streams, the events."""
+"""Wakes whoever waits for a station's news: another snapshot, another assembly, an event."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-_PERIOD_S = 0.004
+from snapfit.server.bell import Bell
+
+_PERIOD_S = 0.002
 """How often the store is looked at. One look costs microseconds; nobody waits longer than this."""
 
 
@@ -19,86 +21,101 @@ class Moment(NamedTuple):
     stale: bool
     revision: int
 
-
-Count = Callable[[Moment], int]
-
-
-def by_seq(moment: Moment) -> int:
-    """Counts snapshots."""
-    return moment.seq
-
-
-def by_revision(moment: Moment) -> int:
-    """Counts changes of the assembly."""
-    return moment.revision
+    @property
+    def assembly(self) -> tuple[str, bool, int]:
+        """What of it waits for an assembly ask for."""
+        return self.boot_id, self.stale, self.revision
 
 
 class Watch:
-    """Looks for another moment, and wakes those who wait for one.
+    """Looks for another moment, and wakes those who wait for what is new in it.
+
+    There is a bell for each kind of news: most of those who listen wait for an assembly or an
+    event, and a snapshot, of which there are dozens a second, shall cost them nothing.
 
     Args:
         look: what the station has to say now; None before its first snapshot.
         told: called at each new moment, before anybody is woken.
+        latest_event: the number of the latest event.
     """
 
-    def __init__(self, look: Callable[[], Moment | None], told: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        look: Callable[[], Moment | None],
+        told: Callable[[], None],
+        latest_event: Callable[[], int],
+    ) -> None:
         self._look = look
         self._told = told
-        self._next = asyncio.Event()
+        self._latest_event = latest_event
+        self._snapshots, self._assemblies, self._events = Bell(), Bell(), Bell()
         self.is_ending = False
 
     async def run(self) -> None:
         """Until it is cancelled."""
         last: Moment | None = None
+        event = self._latest_event()
         while True:
             now = self._look()
             if now != last:
-                last = now
                 self._told()
-                self.wake()
+                if now is None or last is None or now.assembly != last.assembly:
+                    self._assemblies.ring()
+                self._snapshots.ring()
+                last = now
+            if self._latest_event() != event:
+                event = self._latest_event()
+                self._events.ring()
             await asyncio.sleep(_PERIOD_S)
-
-    def wake(self) -> None:
-        """Wake everybody now."""
-        event, self._next = self._next, asyncio.Event()
-        event.set()
 
     def end(self) -> None:
         """Let nobody wait any more: the server ends."""
         self.is_ending = True
-        self.wake()
+        for bell in (self._snapshots, self._assemblies, self._events):
+            bell.ring()
 
     async def change(self, limit_s: float) -> bool:
         """Wait for the next moment; False if none came in time, or the server ends."""
-        event = self._next
-        if self.is_ending:
-            return False
-        try:
-            async with asyncio.timeout(limit_s):
-                await event.wait()
-        except TimeoutError:
-            return False
-        return not self.is_ending
+        return await self._ring_of(self._snapshots, limit_s)
 
-    async def newer_than(
-        self, boot_id: str | None, number: int, limit_s: float, count: Count = by_seq
-    ) -> bool:
-        """Wait for something after this, or for a change of `stale`; False without it.
+    async def event(self, limit_s: float) -> bool:
+        """Wait for the next event, likewise."""
+        return await self._ring_of(self._events, limit_s)
+
+    async def snapshot_after(self, boot_id: str | None, seq: int, limit_s: float) -> bool:
+        """Wait for a snapshot after this one, or for a change of `stale`; False without it.
 
         Args:
-            boot_id, number: what is known already; without a boot_id any other number is new.
+            boot_id, seq: what is known already; without a boot_id any other seq is new.
             limit_s: how long to wait.
-            count: what is counted: snapshots, or revisions of the assembly.
         """
+
+        def is_later(now: Moment) -> bool:
+            return now.seq != seq if boot_id is None else now.seq > seq or now.boot_id != boot_id
+
+        return await self._until(is_later, self._snapshots, limit_s)
+
+    async def revision_after(self, boot_id: str | None, revision: int, limit_s: float) -> bool:
+        """Wait for a change of the assembly after this one, likewise."""
+
+        def is_later(now: Moment) -> bool:
+            if boot_id is None:
+                return now.revision != revision
+            return now.revision > revision or now.boot_id != boot_id
+
+        return await self._until(is_later, self._assemblies, limit_s)
+
+    async def _until(self, is_later: Callable[[Moment], bool], bell: Bell, limit_s: float) -> bool:
         give_up_at_s = time.monotonic() + limit_s
         begin = self._look()
         while True:
             now = self._look()
-            if now is not None:
-                is_later = count(now) > number or now.boot_id != boot_id
-                if boot_id is None:
-                    is_later = count(now) != number
-                if is_later or (begin is not None and now.stale != begin.stale):
-                    return True
-            if not await self.change(give_up_at_s - time.monotonic()):
+            if now is not None and (
+                is_later(now) or (begin is not None and now.stale != begin.stale)
+            ):
+                return True
+            if not await self._ring_of(bell, give_up_at_s - time.monotonic()):
                 return False
+
+    async def _ring_of(self, bell: Bell, limit_s: float) -> bool:
+        return not self.is_ending and await bell.wait(limit_s) and not self.is_ending

@@ -50,7 +50,8 @@ async def _events(station: Station, last_event_id: str | None) -> AsyncIterator[
             number = log.latest
     said_at_s = time.monotonic()
     while not station.watch.is_ending:
-        for event in log.after(number or 0):
+        events = log.after(number or 0)
+        for event in events:
             number = event.number
             head = f"id: {log.event_id(number)}\nevent: {event.kind}\ndata: "
             yield head.encode() + event.data + b"\n\n"
@@ -58,4 +59,5 @@ async def _events(station: Station, last_event_id: str | None) -> AsyncIterator[
         if time.monotonic() - said_at_s >= HEARTBEAT_S:
             yield b": here\n\n"
             said_at_s = time.monotonic()
-        await station.watch.change(_WAIT_S)
+        if not events:  # else there may be more by now
+            await station.watch.event(_WAIT_S)

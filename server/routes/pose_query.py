@@ -84,6 +84,12 @@ class PoseQuery(ViewQuery):
         default=20.0, ge=0, le=LONGEST_WAIT_S, description="How long to wait, seconds."
     )
 
+    async def is_new(self, station: Station) -> bool:
+        """Wait for the snapshot that is asked for; False if there is none in time."""
+        if self.after_seq is None:
+            return True
+        return await station.watch.snapshot_after(self.boot_id, self.after_seq, self.timeout_s)
+
     def checked_at_us(self, clock: Clock) -> int | None:
         """The time to extrapolate to.
 

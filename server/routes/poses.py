@@ -61,9 +61,7 @@ async def _poses(
     """Of all parts or of one; after a wait, where a later snapshot is asked for."""
     clock: Clock = request.app.state.stations.clock
     at_us = query.checked_at_us(clock)
-    is_new = True
-    if query.after_seq is not None:
-        is_new = await station.watch.newer_than(query.boot_id, query.after_seq, query.timeout_s)
+    is_new = await query.is_new(station)
     view = query.view(station)
     answer = station.poses(view, at_us) if part is None else station.part(part, view, at_us)
     return reply(answer, clock.now_us(), if_none_match, is_new=is_new or answer.is_stale)

@@ -25,3 +25,8 @@ class Figure(NamedTuple):
 def at_most(name: str, value: float, unit: str, most: float) -> Figure:
     """A figure with an upper bound."""
     return Figure(name, value, unit, f"<= {most:g} {unit}", value <= most)
+
+
+def at_least(name: str, value: float, unit: str, least: float) -> Figure:
+    """A figure with a lower bound."""
+    return Figure(name, value, unit, f">= {least:g} {unit}", value >= least)

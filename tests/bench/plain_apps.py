@@ -1,18 +1,27 @@
-"""What the API is compared with: ready-made bytes. python plain_apps.py KIND PORT FILE."""
+"""What the API is compared with: ready-made bytes. python plain_apps.py KIND PORT FILE [NICENESS].
+
+NICENESS: by how much it is less urgent, as the API is beside its workers.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import os
 import sys
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import uvicorn
 from fastapi import FastAPI
+from plain_news import PlainNews
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
 KIND, PORT, BODY = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]).read_bytes()
+NICENESS = int(sys.argv[4]) if len(sys.argv) > 4 else 0
 
 
 def minimal_fastapi() -> FastAPI:
@@ -26,12 +35,22 @@ def minimal_fastapi() -> FastAPI:
 
 
 def bare_starlette() -> Starlette:
+    news = PlainNews()
+
     async def poses(_request: Request) -> Response:
         return Response(BODY, media_type="application/json")
 
-    return Starlette(routes=[Route("/v1/poses", poses)])
+    @asynccontextmanager
+    async def lifespan(_app: Starlette) -> AsyncIterator[None]:
+        changing = asyncio.create_task(news.run())
+        yield
+        changing.cancel()
+
+    return Starlette(routes=[Route("/v1/poses", poses), *news.routes], lifespan=lifespan)
 
 
+if NICENESS:
+    os.nice(NICENESS)
 uvicorn.run(
     minimal_fastapi() if KIND == "fastapi" else bare_starlette(),
     port=PORT,
@@ -40,4 +59,5 @@ uvicorn.run(
     access_log=False,
     server_header=False,
     log_level="warning",
+    timeout_graceful_shutdown=1,
 )

@@ -178,7 +178,8 @@ def started(
     """A server that answers, and how long it took to."""
     # As fast as it goes: without the limit of a client.
     limit = {"SNAPFIT_SECURITY__REQUESTS_PER_S": "1000000"}
-    environment = {**os.environ, **limit, "PYTHONPATH": str(SCRIPTED)}
+    paths = filter(None, [str(SCRIPTED), os.environ.get("PYTHONPATH")])
+    environment = {**os.environ, **limit, "PYTHONPATH": os.pathsep.join(paths)}
     begin_s = time.perf_counter()
     words = [sys.executable, *(str(word) for word in command)]
     with subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL) as process:
@@ -194,15 +195,15 @@ def wait_until_answers(port: int, path: str) -> None:
     while time.perf_counter() < give_up_at_s:
         try:
             get(port, path)
-        except (urllib.error.URLError, ConnectionError):
+        except (urllib.error.URLError, ConnectionError, TimeoutError):
             time.sleep(0.01)
         else:
             return
     raise RuntimeError(f"no answer at port {port} within {START_LIMIT_S} s")
 
 
-def get(port: int, path: str) -> bytes:
-    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=5) as answer:
+def get(port: int, path: str, timeout_s: float = 5.0) -> bytes:
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=timeout_s) as answer:
         body: bytes = answer.read()
         return body
 

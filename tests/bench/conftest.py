@@ -1,0 +1,8 @@
+"""The benchmarks' own arithmetic is tested where it stands."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))

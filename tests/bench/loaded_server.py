@@ -1,0 +1,124 @@
+"""A server under load: what its processes take, how far its tracker is, what time it is there."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import psutil
+from frame_count import FrameCount
+from serving import get, worker
+from wire import now_us
+
+HERE = Path(__file__).parent
+_TIME_TRIES = 30
+_PATIENCE_S = 60.0  # a busy machine is measured as it is
+
+
+class LoadedServer:
+    """A running server, by its port and its API's process."""
+
+    def __init__(self, port: int, pid: int) -> None:
+        self.port = port
+        self.api = psutil.Process(pid)
+
+    def frames(self) -> FrameCount:
+        """How far the tracker is now."""
+        return FrameCount.of(self.json("/v1/poses"))
+
+    def worker_pid(self) -> int:
+        """Of the process that tracks."""
+        return int(worker(self.port)["pid"])
+
+    def source_hz(self) -> float:
+        """The rate that frames are due at."""
+        station = self.json("/v1/stations")["stations"][0]
+        return float(station["facts"]["frame_rate_hz"])
+
+    def json(self, path: str) -> dict[str, Any]:
+        """What a GET answers."""
+        answer: dict[str, Any] = json.loads(get(self.port, path, _PATIENCE_S))
+        return answer
+
+    def clock_ahead_us(self) -> int:
+        """By how much the server's clock is ahead of this machine's: of the quickest answer."""
+        tries = []
+        for _ in range(_TIME_TRIES):
+            sent_us = now_us()
+            answer = self.json("/v1/time")
+            received_us = now_us()
+            ahead_us = (answer["received_at_us"] - sent_us + answer["sent_at_us"] - received_us) / 2
+            tries.append((received_us - sent_us, ahead_us))
+        return round(min(tries)[1])
+
+
+def cpu_s(process: psutil.Process) -> float:
+    """What a process has used so far, seconds of one core."""
+    times = process.cpu_times()
+    return float(times.user + times.system)
+
+
+class Generator:
+    """A load generator in a process of its own; its samples, once it has ended."""
+
+    def __init__(self, script: str, *words: object) -> None:
+        command = [sys.executable, str(HERE / script), *(str(word) for word in words)]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE)
+
+    def samples(self) -> dict[str, Any]:
+        """Wait for them.
+
+        Raises:
+            RuntimeError: it failed.
+        """
+        out, _ = self._process.communicate()
+        if self._process.returncode:
+            raise RuntimeError(f"{self._process.args!r} ended with {self._process.returncode}")
+        result: dict[str, Any] = json.loads(out)
+        return result
+
+
+@contextmanager
+def changing_states(server: LoadedServer, period_s: float) -> Iterator[None]:
+    """Meanwhile an operator takes back the last step again and again.
+
+    The tracker sees the part in its place and goes forward by itself: two changes each time, one
+    by an order and one by tracking, and the parts stay where they are.
+    """
+    steps = server.json("/v1/steps")["steps"]
+    before = {step["to_state"]: step["from_state"] for step in steps}
+    done = threading.Event()
+
+    def change() -> None:
+        while not done.wait(period_s):
+            state = server.json("/v1/assembly")["state"]
+            if state in before:
+                _put_state(server.port, before[state])
+
+    thread = threading.Thread(target=change)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def _put_state(port: int, state: str) -> None:
+    """Say which state holds; a worker that does not answer in time is asked again next time."""
+    url = f"http://127.0.0.1:{port}/v1/assembly/state"
+    body, headers = json.dumps({"state": state}).encode(), {"Content-Type": "application/json"}
+    order = urllib.request.Request(url, body, headers, method="PUT")
+    try:
+        urllib.request.urlopen(order, timeout=_PATIENCE_S).close()
+    except urllib.error.HTTPError as error:
+        if error.code != 503:
+            raise
