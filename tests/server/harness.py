@@ -63,9 +63,13 @@ class Server:
     """A running server."""
 
     def __init__(
-        self, fault: str = "", command: list[str] | None = None, more: list[str] | None = None
+        self,
+        fault: str = "",
+        command: list[str] | None = None,
+        more: list[str] | None = None,
+        port: int | None = None,
     ) -> None:
-        self.port = free_port()
+        self.port = port or free_port()
         self.segments_before = segments()
         self.started_at_s = time.monotonic()
         self.environment = {**os.environ, "PYTHONPATH": with_tests(), "SCRIPTED_FAULT": fault}
@@ -89,8 +93,8 @@ class Server:
             return False
 
     def wait_ready(self) -> Server:
-        wait_for(self.answers)
-        wait_for(lambda: self.get("/readyz").status_code == 200)
+        wait_for(self.answers, 30)
+        wait_for(lambda: self.get("/readyz").status_code == 200, 30)
         return self
 
     def worker(self) -> dict[str, Any]:
