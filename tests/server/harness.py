@@ -93,8 +93,8 @@ class Server:
             return False
 
     def wait_ready(self) -> Server:
-        wait_for(self.answers, 30)
-        wait_for(lambda: self.get("/readyz").status_code == 200, 30)
+        wait_for(self.answers, START_LIMIT_S)
+        wait_for(lambda: self.get("/readyz").status_code == 200, START_LIMIT_S)
         return self
 
     def worker(self) -> dict[str, Any]:
