@@ -33,7 +33,7 @@ def page_as_seen(server: Server, profile: Path, path: str = "") -> str:
         ],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=120,
         check=True,
     )
     return done.stdout
