@@ -110,8 +110,9 @@ def test_a_wrong_setting_ends_the_server_with_the_workers_words() -> None:
 def test_a_crash_is_started_again_and_the_traceback_is_logged() -> None:
     with running("crash") as server:
         wait_for(server.answers)
-        worker = wait_for(lambda: (it := server.worker())["restarts"] >= 1 and it)
-        assert worker["last_exit"] == "failed with exit code 1"
+        # On a busy machine one of them may be killed for its silence before.
+        wait_for(lambda: server.worker()["last_exit"] == "failed with exit code 1")
+        assert server.worker()["restarts"] >= 1
         assert server.get("/v1/poses").status_code == 200
         _, _, err = server.end()
         assert "RuntimeError: a bug in a source" in err
