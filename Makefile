@@ -2,6 +2,11 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Of pytest: one for each core, and no more than the tests of real servers bear. A file's tests stay
+# together, because they share what is expensive to make.
+WORKERS ?= logical
+PYTEST := $(BIN)/pytest --numprocesses=$(WORKERS) --maxprocesses=4 --dist=loadfile \
+	--no-loadscope-reorder
 .DEFAULT_GOAL := help
 
 .PHONY: help env env-test demo test test-all lint types bench soak openapi format clean
@@ -33,10 +38,10 @@ demo: env  ## Track the simulated bench and serve its poses on http://127.0.0.1:
 	$(BIN)/snapfit demo
 
 test: env-test lint types  ## Everything that CI runs
-	$(BIN)/pytest
+	$(PYTEST)
 
 test-all: env-test lint types  ## The slow tests too
-	$(BIN)/pytest -m "slow or not slow"
+	$(PYTEST) -m "slow or not slow"
 
 lint: env-test
 	$(BIN)/ruff check .

@@ -1,9 +1,18 @@
 """What tests of every room share."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# `patience`.
+sys.path.insert(0, str(Path(__file__).parent))
+
+# The same examples in every run, and none of them may fail because the machine is busy.
+settings.register_profile("snapfit", deadline=None, max_examples=60, derandomize=True)
+settings.load_profile("snapfit")
 
 _BESIDE_THE_REPOSITORY = Path(__file__).parents[2] / "shared" / "data" / "real_frames"
 

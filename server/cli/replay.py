@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from snapfit.server.cli import options
 from snapfit.server.cli.errors import clear_errors
 
 
@@ -16,12 +17,8 @@ def replay(
         str | None,
         typer.Option(help="The asset that was tracked, where it lies elsewhere now."),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Write a line of JSON for each frame and part.")
-    ] = None,
-    video: Annotated[
-        Path | None, typer.Option(help="Write an MP4 with the parts drawn into the image.")
-    ] = None,
+    out: options.PoseLines = None,
+    video: options.Film = None,
 ) -> None:
     """Track a recording again, with what the detector found then, and compare the poses."""
     with clear_errors():

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from snapfit.server.cli import options
 from snapfit.server.cli.errors import clear_errors
 
 
@@ -29,19 +30,9 @@ def track(
             "are lost: geometric (their shape in the depth image) or network (the asset's own)."
         ),
     ] = None,
-    provider: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="What runs the network: cpu, cuda, tensorrt, coreml, directml; several times, "
-            "the first choice first."
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Write a line of JSON for each frame and part.")
-    ] = None,
-    video: Annotated[
-        Path | None, typer.Option(help="Write an MP4 with the parts drawn into the image.")
-    ] = None,
+    provider: options.Providers = None,
+    out: options.PoseLines = None,
+    video: options.Film = None,
 ) -> None:
     """Track the parts of a recording, and say how well it went where the truth is known."""
     with clear_errors():

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from snapfit.server.cli import options
 from snapfit.server.cli.errors import clear_errors
 from snapfit.server.errors import SettingsError
 from snapfit.server.fleet.host import run_workers
 from snapfit.server.fleet.keepers import MEMORY
-from snapfit.server.logs.setup import LogFormat
 from snapfit.server.settings import Settings, load_settings
 
 
 def worker(
-    config: Annotated[Path, typer.Option(help="The settings.")] = Path("snapfit.toml"),
+    config: options.Config = options.DEFAULT_CONFIG,
     station: Annotated[
         list[str] | None,
         typer.Option(help="A station to track; several times for several. All, if none is named."),
     ] = None,
-    log_format: Annotated[LogFormat | None, typer.Option(help="How logs are written.")] = None,
+    log_format: options.LogFormatOption = None,
 ) -> None:
     """Track stations and publish them on Redis or Valkey, for servers on any machine."""
     with clear_errors():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from bundled_assets import KEPT, LARGEST_OVERLAP_MM3, along, load_bundle, moved, turned
+from scipy.spatial import KDTree
 
 from snapfit.models.asset import bundled_names
 from snapfit.models.assets.solids import ply_bytes
@@ -15,6 +16,7 @@ from snapfit.models.manifest import JointType
 from snapfit.models.mesh import count_open_edges
 
 LARGEST_DEVIATION_MM = 0.3
+NEGLIGIBLE_MM = 0.05
 # Also where neighbouring teeth, threads and pins stand otherwise than at the ends.
 SHARES = (0.0, 0.2, 0.29, 0.3, 0.37, 0.5, 0.63, 0.7, 0.71, 0.8, 1.0)
 EVERY = pytest.mark.parametrize("name", KEPT)
@@ -41,9 +43,22 @@ def samples_mm(mesh):
 
 
 def deviation_mm(mesh, motion, points_mm):
-    """The farthest that a moved point of the surface lies from the surface."""
+    """The farthest that a moved point of the surface lies from the surface.
+
+    The distance from the nearest vertex or centre of a triangle is never smaller: what it leaves
+    no doubt about is not computed.
+    """
     points = motion.transform(points_mm / 1000) * 1000
-    return float(trimesh.proximity.closest_point(mesh, points)[1].max())
+    bounds = KDTree(np.vstack([mesh.vertices, mesh.triangles_center])).query(points)[0]
+    order = np.argsort(-bounds)
+    farthest = NEGLIGIBLE_MM
+    for first in range(0, len(order), 100):
+        chunk = order[first : first + 100]
+        if bounds[chunk[0]] <= farthest:
+            break
+        apart = trimesh.proximity.closest_point(mesh, points[chunk])[1]
+        farthest = max(farthest, float(apart.max()))
+    return farthest
 
 
 def common(solid, motion):

@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from snapfit.models.errors import PoseError
 from snapfit.models.pose import Pose, rotation_vector, skew
-
-settings.register_profile("poses", deadline=None, max_examples=60, derandomize=True)
-settings.load_profile("poses")
 
 coordinate = st.floats(-1.0, 1.0, allow_subnormal=False)
 

@@ -163,7 +163,7 @@ def test_two_processes_at_once(tmp_path: Path) -> None:
         assert process.stdin is not None
         process.stdin.write("go\n")
         process.stdin.flush()
-    digests = [process.communicate(timeout=60)[0] for process in processes]
+    digests = [process.communicate(timeout=300)[0] for process in processes]
     assert [process.returncode for process in processes] == [0, 0]
     assert len(digests[0]) == 64
     assert digests[0] == digests[1]

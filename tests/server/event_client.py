@@ -31,7 +31,7 @@ class EventClient:
         self.comments = 0
         self.is_open = False
         self._socket: socket.socket | None = None
-        self._client = httpx.Client(timeout=30)
+        self._client = httpx.Client(timeout=60)
         self._headers = {} if last_event_id is None else {"Last-Event-ID": last_event_id}
         self._url = f"http://127.0.0.1:{server.port}/v1/events"
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -56,7 +56,7 @@ class EventClient:
 
     def join(self) -> None:
         """Until the stream has ended."""
-        self._thread.join(10)
+        self._thread.join(60)
         assert not self._thread.is_alive()
 
     def _run(self) -> None:

@@ -10,11 +10,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import httpx
+from patience import within
 
 HERE = Path(__file__).parent
 SHARED_MEMORY = Path("/dev/shm")
@@ -29,15 +30,16 @@ def free_port() -> int:
         return port
 
 
-def wait_for(condition: Callable[[], Any], limit_s: float = START_LIMIT_S) -> Any:
-    """The first true value of the condition."""
+def wait_for(condition: Callable[[], Any], limit_s: float = 20.0) -> Any:
+    """The first true value of the condition; gives up `within` the limit."""
+    limit_s = within(limit_s)
     give_up_at_s = time.monotonic() + limit_s
     while time.monotonic() < give_up_at_s:
         value = condition()
         if value:
             return value
         time.sleep(0.01)
-    raise AssertionError(f"{condition} did not come true within {limit_s} s")
+    raise AssertionError(f"{condition} did not come true within {limit_s:.1f} s")
 
 
 def with_tests() -> str:
@@ -52,6 +54,15 @@ def segments() -> set[str]:
 def segments_of(pid: int) -> set[str]:
     """The shared memory that a process uses, whatever others on this machine do."""
     return set(re.findall(r"/dev/shm/(snapfit-\w+)", Path(f"/proc/{pid}/maps").read_text()))
+
+
+def left_behind() -> set[str]:
+    """Shared memory that no process uses: whoever made it is gone and did not remove it."""
+    names = segments()
+    for maps in Path("/proc").glob("[0-9]*/maps"):
+        with suppress(OSError):
+            names -= set(re.findall(r"/dev/shm/(snapfit-\w+)", maps.read_text()))
+    return names
 
 
 def is_alive(pid: int) -> bool:
@@ -70,7 +81,6 @@ class Server:
         port: int | None = None,
     ) -> None:
         self.port = port or free_port()
-        self.segments_before = segments()
         self.started_at_s = time.monotonic()
         self.environment = {**os.environ, "PYTHONPATH": with_tests(), "SCRIPTED_FAULT": fault}
         self.process = subprocess.Popen(
@@ -81,7 +91,7 @@ class Server:
             stderr=subprocess.PIPE,
             text=True,
         )
-        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=5)
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=30)
 
     def get(self, path: str, **arguments: Any) -> httpx.Response:
         return self.client.get(path, **arguments)
@@ -107,7 +117,7 @@ class Server:
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
-            out, err = self.process.communicate(timeout=END_LIMIT_S)
+            out, err = self.process.communicate(timeout=within(END_LIMIT_S))
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.communicate()

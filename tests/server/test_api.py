@@ -9,6 +9,7 @@ import numpy as np
 import orjson
 import pytest
 from harness import Server, wait_for
+from patience import within
 from scripted_pipeline import FRAME_RATE_HZ, LOST_PART, PART_NAMES, X_VELOCITY_M_PER_S
 
 from snapfit.server.schemas import (
@@ -178,7 +179,7 @@ def test_a_picture_comes_within_a_tenth_of_a_second(server: Server) -> None:
         assert server.get("/v1/overlay.jpg").status_code == 200
         return time.perf_counter() - begin
 
-    assert np.median([seconds() for _ in range(7)]) < 0.2
+    assert np.median([seconds() for _ in range(7)]) < within(0.2)
 
 
 def test_the_station_tells_what_it_is_like(server: Server) -> None:

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import orjson
-from harness import segments
+from harness import left_behind
 
 from snapfit.server.app import create_app
 from snapfit.server.settings import Settings
@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 def snapfit(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [SNAPFIT, *arguments], capture_output=True, text=True, timeout=30, cwd=cwd, check=False
+        [SNAPFIT, *arguments], capture_output=True, text=True, timeout=120, cwd=cwd, check=False
     )
 
 
@@ -37,7 +37,7 @@ def test_help_names_every_command() -> None:
 
 
 def test_a_port_in_use_is_one_clear_line(tmp_path: Path) -> None:
-    before = segments()
+    before = left_behind()
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -49,7 +49,7 @@ def test_a_port_in_use_is_one_clear_line(tmp_path: Path) -> None:
             assert done.stderr.count("\n") == 1
             assert f"port {port} on 127.0.0.1 is in use" in done.stderr
             assert "--port" in done.stderr
-    assert segments() <= before
+    assert left_behind() <= before
 
 
 def test_a_host_that_is_not_here_is_one_clear_line() -> None:

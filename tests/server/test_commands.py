@@ -12,6 +12,7 @@ import httpx
 import pytest
 from event_client import EventClient
 from harness import Server, running, wait_for
+from patience import within
 from scripted_pipeline import LOST_PART, PART_NAMES
 from test_api import assert_problem
 
@@ -166,7 +167,7 @@ def test_a_worker_that_does_not_answer_is_told_and_never_does_it_later() -> None
         answer = put_state(server, "assembled")
         assert_problem(answer, 503, STATE)
         assert answer.headers["retry-after"] == "1"
-        assert time.monotonic() - begin_s < 5
+        assert time.monotonic() - begin_s < within(5)
         os.kill(pid, signal.SIGCONT)
         seq = server.get("/v1/poses").json()["seq"]
         wait_for(lambda: server.get("/v1/poses").json()["seq"] > seq + 10)
@@ -178,7 +179,7 @@ def test_many_orders_at_once_are_all_answered(finding: Server) -> None:
     states = ["free", "jaw-mounted", "assembled"] * 5
 
     def put(state: str) -> str:
-        answer = httpx.put(url, json={"state": state}, timeout=10)
+        answer = httpx.put(url, json={"state": state}, timeout=within(10))
         assert answer.status_code == 200
         return str(answer.json()["state"])
 
@@ -192,4 +193,4 @@ def test_an_order_is_done_within_a_few_frames(finding: Server) -> None:
         begin_s = time.monotonic()
         put_state(finding, state)
         durations_s.append(time.monotonic() - begin_s)
-    assert sorted(durations_s)[5] < 0.15
+    assert sorted(durations_s)[5] < within(0.15)

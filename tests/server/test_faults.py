@@ -16,6 +16,7 @@ import httpx
 import pytest
 from event_client import EventClient
 from harness import Server, running, wait_for
+from patience import within
 from serve_scripted import STEP_AFTER_S
 from wall_clock import BACK_S
 
@@ -39,7 +40,7 @@ class Watcher(threading.Thread):
         self.rounds = 0
 
     def run(self) -> None:
-        with httpx.Client(base_url=self._base_url, timeout=5) as client:
+        with httpx.Client(base_url=self._base_url, timeout=60) as client:
             while not self._ended.is_set():
                 for path, seen in self.statuses.items():
                     answer = client.get(path)
@@ -67,7 +68,7 @@ def test_ten_kills_within_a_minute_cost_nothing_but_freshness() -> None:
             os.kill(wait_for(lambda: server.worker()["pid"]), signal.SIGKILL)
             wait_for(lambda: server.get("/v1/poses").json()["stale"], 5)
         wait_for(lambda: not server.get("/v1/poses").json()["stale"])
-        assert time.monotonic() - begin_s < LIMIT_S
+        assert time.monotonic() - begin_s < within(LIMIT_S)
         watcher.end()
         assert len(boot_ids) == KILLS
         assert server.worker()["restarts"] == KILLS
@@ -173,7 +174,7 @@ def test_clients_that_never_read_hold_nobody_up(unread: int) -> None:
             assert server.get("/v1/poses").status_code == 200
             latencies_s.append(time.perf_counter() - begin_s)
             time.sleep(0.02)
-        assert sorted(latencies_s)[50] < 0.5
+        assert sorted(latencies_s)[50] < within(0.5)
         assert not server.get("/v1/poses").json()["stale"]
         assert resident_mb(server.process.pid) < before_mb + 30
         sockets.close()

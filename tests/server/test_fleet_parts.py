@@ -98,7 +98,7 @@ def test_clocks_that_differ_are_told_once(caplog: pytest.LogCaptureFixture) -> N
 
 def snapfit(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [SNAPFIT, *arguments], cwd=folder, capture_output=True, text=True, timeout=30, check=False
+        [SNAPFIT, *arguments], cwd=folder, capture_output=True, text=True, timeout=120, check=False
     )
 
 

@@ -73,10 +73,10 @@ def test_their_port_serves_their_resource_and_nothing_else() -> None:
     try:
         server.wait_ready()
         url = f"http://127.0.0.1:{gbot_port}"
-        with urllib.request.urlopen(f"{url}/resource", timeout=5) as answer:
+        with urllib.request.urlopen(f"{url}/resource", timeout=60) as answer:
             assert json.load(answer)[0]["classId"] == PART_NAMES[0]
         with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(f"{url}/v1/poses", timeout=5)
+            urllib.request.urlopen(f"{url}/v1/poses", timeout=60)
         assert refused.value.code == 404
         assert json.load(refused.value)["type"] == "urn:snapfit:problem:old-port"
         refused.value.close()
@@ -95,7 +95,7 @@ def test_a_port_that_is_taken_is_told() -> None:
             [*command, str(server.port)],
             capture_output=True,
             text=True,
-            timeout=20,
+            timeout=120,
             check=False,
             env=server.environment,
         )

@@ -29,7 +29,7 @@ class Guarded:
 
     def anew(self) -> httpx.Client:
         """A client without cookies."""
-        return httpx.Client(base_url=self.server.client.base_url, timeout=5)
+        return httpx.Client(base_url=self.server.client.base_url, timeout=60)
 
 
 @pytest.fixture(scope="module")

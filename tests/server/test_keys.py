@@ -35,7 +35,9 @@ def test_a_key_is_known_by_its_hash_alone() -> None:
     assert stored != hash_key(key), "every hash has a salt of its own"
 
 
-@pytest.mark.parametrize("text", ["", "sf_", "sf_12345678_short", "x" * 55, new_key() + "\n"])
+@pytest.mark.parametrize(
+    "text", ["", "sf_", "sf_12345678_short", "x" * 55, pytest.param(new_key() + "\n", id="line")]
+)
 def test_what_is_no_key_has_no_id(text: str) -> None:
     assert id_of(text) is None
 
@@ -178,7 +180,7 @@ def test_the_first_key_is_made_once(tmp_path: Path) -> None:
 
 def snapfit(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [SNAPFIT, *arguments], cwd=folder, capture_output=True, text=True, timeout=60, check=False
+        [SNAPFIT, *arguments], cwd=folder, capture_output=True, text=True, timeout=120, check=False
     )
 
 

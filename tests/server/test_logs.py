@@ -57,7 +57,7 @@ def test_text_is_for_people() -> None:
 @pytest.mark.parametrize(
     ("text", "hidden"),
     [
-        (f"key {new_key()}", "_***"),
+        pytest.param(f"key {new_key()}", "_***", id="key"),
         ("Authorization: Bearer abcdefgh12345", "Bearer ***"),
         ("Cookie: snapfit_session=12345678.99.abcdef", "snapfit_session= ***"),
         ("cannot reach redis://user:hunter22@10.0.0.1:6379/0", "redis://user:***@10.0.0.1:6379/0"),

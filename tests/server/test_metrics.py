@@ -6,6 +6,7 @@ import time
 
 import pytest
 from harness import Server, running, wait_for
+from patience import within
 from prometheus_client.parser import text_string_to_metric_families
 from test_api import assert_problem
 
@@ -26,7 +27,7 @@ def test_the_station_is_measured(server: Server) -> None:
     station = "bench-1"
     assert found["snapfit_worker_up", station] == 1
     assert found["snapfit_stale", station] == 0
-    assert 0 < found["snapfit_pose_age_seconds", station] < 0.5
+    assert 0 < found["snapfit_pose_age_seconds", station] < within(0.5)
     assert found["snapfit_part_confidence", "jaw", station] == pytest.approx(0.97)
     assert found["snapfit_part_tracked", "cap", station] == 0
     assert found["snapfit_assembly_state", "free", station] == 1
@@ -34,7 +35,7 @@ def test_the_station_is_measured(server: Server) -> None:
     before = samples(server)["snapfit_assembly_state_seconds_total", "free", station]
     time.sleep(0.3)
     after = samples(server)["snapfit_assembly_state_seconds_total", "free", station]
-    assert 0.25 < after - before < 2
+    assert 0.25 < after - before < within(2)
 
 
 def test_requests_are_counted_by_route(server: Server) -> None:
@@ -93,9 +94,9 @@ def test_four_stamps_find_the_offset(server: Server) -> None:
         t1, t2 = answer["received_at_us"], answer["sent_at_us"]
         assert t1 <= t2
         round_trip_us = (c2 - c1) - (t2 - t1)
-        assert 0 <= round_trip_us < 500_000
+        assert 0 <= round_trip_us < within(500_000)
         offsets_us.append(((t1 - c1) + (t2 - c2)) / 2)
-    assert max(offsets_us) - min(offsets_us) < 50_000
+    assert max(offsets_us) - min(offsets_us) < within(50_000)
 
 
 @pytest.mark.parametrize("stamp", ["-1", "now", "1.5", "9007199254740993"])

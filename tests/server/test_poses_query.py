@@ -12,6 +12,7 @@ import httpx
 import numpy as np
 import pytest
 from harness import Server, running, wait_for
+from patience import within
 from scripted_pipeline import FRAME_RATE_HZ, LOST_PART, X_VELOCITY_M_PER_S
 
 from snapfit.server.schemas import PartSnapshot, PoseSnapshot
@@ -113,7 +114,7 @@ def test_a_long_poll_answers_soon_after_the_snapshot_is_there(server: Server) ->
         now_us = server.get("/v1/time").json()["received_at_us"]
         delays_ms.append((now_us - answer["published_at_us"]) / 1e3)
     # The quickest ones, because this machine may have other things to do.
-    assert np.percentile(delays_ms, 10) < 25
+    assert np.percentile(delays_ms, 10) < within(25)
 
 
 def test_without_a_boot_id_another_seq_is_waited_for(server: Server) -> None:
@@ -126,14 +127,14 @@ def test_another_boot_id_is_answered_at_once(server: Server) -> None:
     begin_s = time.monotonic()
     answer = server.get("/v1/poses?after_seq=1000000&boot_id=another&timeout_s=10")
     assert answer.status_code == 200
-    assert time.monotonic() - begin_s < 2
+    assert time.monotonic() - begin_s < within(2)
 
 
 def test_without_a_newer_snapshot_there_is_no_content(server: Server) -> None:
     boot_id = server.get("/v1/poses").json()["boot_id"]
     begin_s = time.monotonic()
     answer = server.get(f"/v1/poses?after_seq=1000000&boot_id={boot_id}&timeout_s=0.3")
-    assert 0.25 < time.monotonic() - begin_s < 2
+    assert 0.25 < time.monotonic() - begin_s < within(2)
     assert (answer.status_code, answer.content) == (204, b"")
     assert answer.headers["etag"].endswith('-fresh"')
 
@@ -148,7 +149,7 @@ def test_a_long_poll_ends_when_the_snapshot_becomes_stale() -> None:
         answer = server.get(f"/v1/poses{query}")
         assert (answer.status_code, answer.json()["stale"]) == (200, True)
         if not last["stale"]:
-            assert time.monotonic() - begin_s < 2
+            assert time.monotonic() - begin_s < within(2)
         # Whoever knows that it is stale waits until something else happens.
         begin_s = time.monotonic()
         answer = server.get(f"/v1/poses{query.replace('timeout_s=5', 'timeout_s=0.5')}")
@@ -161,10 +162,10 @@ def test_waiting_clients_do_not_hold_up_the_end_of_the_server() -> None:
         boot_id = server.wait_ready().get("/v1/poses").json()["boot_id"]
         url = f"http://127.0.0.1:{server.port}/v1/poses?after_seq=1000000&boot_id={boot_id}"
         with ThreadPoolExecutor(4) as pool:
-            waiting = [pool.submit(httpx.get, url, timeout=30) for _ in range(4)]
+            waiting = [pool.submit(httpx.get, url, timeout=60) for _ in range(4)]
             time.sleep(2)  # until all of them wait, on a busy machine too
             begin_s = time.monotonic()
             code, _, err = server.end()
             assert (code, err) == (0, "")
-            assert time.monotonic() - begin_s < 3
+            assert time.monotonic() - begin_s < within(3)
             assert {each.result().status_code for each in waiting} == {204}

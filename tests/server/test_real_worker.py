@@ -62,7 +62,7 @@ def test_what_a_station_cannot_run_is_told_on_the_command_line(
     port = free_port()
     (tmp_path / "snapfit.toml").write_text(f"port = {port}\n[station]\n{station}\n")
     done = subprocess.run(
-        [SNAPFIT, "serve"], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
+        [SNAPFIT, "serve"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
     )
     assert done.returncode == 2
     assert problem in done.stderr

@@ -48,7 +48,7 @@ def killed(scene: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -
             if min(map(int, line.split())) >= FRAMES_BEFORE_THE_KILL:
                 process.kill()
                 break
-        assert process.wait(10) == -signal.SIGKILL
+        assert process.wait(60) == -signal.SIGKILL
     (path,) = folder.glob("*.mcap")
     return path
 

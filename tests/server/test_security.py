@@ -32,7 +32,7 @@ def test_every_answer_carries_the_headers(server: Server, path: str) -> None:
 
 
 def test_what_is_no_http_is_answered_with_the_headers_too(server: Server) -> None:
-    with socket.create_connection(("127.0.0.1", server.port), timeout=5) as client:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=60) as client:
         client.sendall(b"cheese\r\n\r\n")
         answer = client.recv(65536)
     assert answer.startswith(b"HTTP/1.1 400 ")
@@ -78,7 +78,7 @@ def test_no_path_leads_to_the_file_system(server: Server, path: str) -> None:
     # Sent as it stands: httpx would tidy it up.
     import http.client
 
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
     connection.request("GET", path)
     answer = connection.getresponse()
     body = answer.read()

@@ -11,6 +11,7 @@ import httpx
 import numpy as np
 import pytest
 from harness import Server, running, wait_for
+from patience import within
 from scripted_pipeline import FRAME_RATE_HZ
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
@@ -26,7 +27,7 @@ def stream(server: Server, path: str = "/v1/stream") -> ClientConnection:
 
 
 def take(connection: ClientConnection, count: int) -> list[dict[str, Any]]:
-    return [json.loads(connection.recv(timeout=5)) for _ in range(count)]
+    return [json.loads(connection.recv(timeout=60)) for _ in range(count)]
 
 
 @pytest.mark.parametrize("path", ["/v1/stream", "/v1/stations/bench-1/stream"])
@@ -84,7 +85,7 @@ def test_what_a_client_says_does_not_matter(server: Server) -> None:
 
 def silent_client(port: int, request: bytes) -> socket.socket:
     """Asks, then never reads."""
-    client = socket.create_connection(("127.0.0.1", port), timeout=5)
+    client = socket.create_connection(("127.0.0.1", port), timeout=60)
     client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     client.sendall(request)
     return client
@@ -136,7 +137,7 @@ def test_streams_end_when_the_server_does() -> None:
             begin_s = time.monotonic()
             code, _, err = server.end()
             assert (code, err) == (0, "")
-            assert time.monotonic() - begin_s < 3
+            assert time.monotonic() - begin_s < within(3)
         with pytest.raises(ConnectionClosed):
             take(connection, 1000)
 
@@ -146,7 +147,7 @@ def test_a_film_is_one_jpeg_after_the_other(server: Server, kind: str) -> None:
     import cv2
 
     url = f"http://127.0.0.1:{server.port}/v1/{kind}.mjpeg"
-    with httpx.stream("GET", url, timeout=5) as film:
+    with httpx.stream("GET", url, timeout=60) as film:
         assert film.headers["content-type"] == "multipart/x-mixed-replace; boundary=frame"
         received = b""
         for chunk in film.iter_raw():

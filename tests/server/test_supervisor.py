@@ -55,7 +55,7 @@ def test_a_worker_that_hangs_is_killed_and_started_again(
     watched.start()
     try:
         first = wait_for(lambda: watched.status.pid)
-        wait_for(lambda: watched.status.restarts == 1)
+        wait_for(lambda: watched.status.restarts >= 1)
         assert watched.status.last_exit == "was killed by SIGKILL"
         assert not is_alive(first)
     finally:
@@ -83,7 +83,7 @@ def test_a_worker_that_has_tracked_before_is_tried_again_even_if_refused(
     watched = supervisor(store, RestartPolicy(first_delay_s=0.05))
     watched.start()
     try:
-        wait_for(lambda: watched.status.restarts == 2)
+        wait_for(lambda: watched.status.restarts >= 2)
         assert not watched.status.refused
     finally:
         watched.close()

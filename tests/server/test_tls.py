@@ -44,7 +44,7 @@ def test_poses_over_https(pair: tuple[str, str], monkeypatch: pytest.MonkeyPatch
         server.client.close()
         context = ssl.create_default_context(cafile=cert)
         server.client = httpx.Client(
-            base_url=f"https://127.0.0.1:{server.port}", verify=context, timeout=5
+            base_url=f"https://127.0.0.1:{server.port}", verify=context, timeout=60
         )
         wait_for(server.answers, START_S)
         assert wait_for(lambda: server.get("/v1/poses").status_code == 200, START_S)
@@ -74,7 +74,7 @@ def test_what_is_wrong_with_a_certificate_is_one_clear_line(
         cwd=Path(pair[0]).parent,
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=120,
         check=False,
     )
     assert (done.returncode, done.stdout) == (2, "")

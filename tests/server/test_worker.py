@@ -7,7 +7,8 @@ import signal
 import time
 
 import pytest
-from harness import is_alive, running, segments, wait_for
+from harness import is_alive, running, segments, segments_of, wait_for
+from patience import within
 from scripted_pipeline import END_AFTER_FRAMES
 
 KILLS = 2
@@ -21,7 +22,7 @@ def test_a_killed_worker_is_back_within_three_seconds_and_nothing_is_lost_meanwh
             killed_at_s = time.monotonic()
             os.kill(server.worker()["pid"], signal.SIGKILL)
             stale = wait_for(lambda: (it := server.get("/v1/poses").json())["stale"] and it)
-            assert time.monotonic() - killed_at_s < 0.7
+            assert time.monotonic() - killed_at_s < within(0.7)
             assert stale["boot_id"] == before["boot_id"]
             assert stale["seq"] >= before["seq"]
             assert stale["age_us"] > 0
@@ -32,7 +33,7 @@ def test_a_killed_worker_is_back_within_three_seconds_and_nothing_is_lost_meanwh
             assert server.get("/readyz").status_code == 503
             assert server.get("/v1/poses/jaw").json()["stale"]
             fresh = wait_for(lambda: not (it := server.get("/v1/poses").json())["stale"] and it, 3)
-            assert time.monotonic() - killed_at_s < 3
+            assert time.monotonic() - killed_at_s < within(3)
             assert fresh["boot_id"] != before["boot_id"]
             assert fresh["seq"] < 100
             worker = server.worker()
@@ -97,19 +98,21 @@ def test_while_the_worker_starts_the_api_tells_how_far_it_is() -> None:
 
 def test_a_wrong_setting_ends_the_server_with_the_workers_words() -> None:
     with running("refused") as server:
-        server.process.wait(timeout=8)
+        own = wait_for(lambda: segments_of(server.process.pid))
+        server.process.wait(timeout=within(8))
         code, _, err = server.end()
         assert code == 1
         assert "refused: demo: no such folder" in err
         assert "Traceback" not in err
-        assert segments() <= server.segments_before
+        assert not own & segments()
 
 
 def test_a_crash_is_started_again_and_the_traceback_is_logged() -> None:
     with running("crash") as server:
         wait_for(server.answers)
-        worker = wait_for(lambda: (it := server.worker())["restarts"] >= 1 and it)
-        assert worker["last_exit"] == "failed with exit code 1"
+        # On a busy machine one of them may be killed for its silence before.
+        wait_for(lambda: server.worker()["last_exit"] == "failed with exit code 1")
+        assert server.worker()["restarts"] >= 1
         assert server.get("/v1/poses").status_code == 200
         _, _, err = server.end()
         assert "RuntimeError: a bug in a source" in err
@@ -120,40 +123,44 @@ def test_a_crash_is_started_again_and_the_traceback_is_logged() -> None:
 def test_a_signal_ends_everything_cleanly(number: int) -> None:
     with running() as server:
         pid = server.wait_ready().worker()["pid"]
-        assert len(segments() - server.segments_before) == 2
+        own = segments_of(server.process.pid)
+        assert len(own) == 2
         begin_s = time.monotonic()
         code, _, err = server.end(number)
         assert (code, err) == (0, "")
-        assert time.monotonic() - begin_s < 3
+        assert time.monotonic() - begin_s < within(3)
         assert not is_alive(pid)
-        assert segments() <= server.segments_before
+        assert not own & segments()
 
 
 def test_an_impatient_user_gets_the_same_clean_end() -> None:
     with running() as server:
         pid = server.wait_ready().worker()["pid"]
+        own = segments_of(server.process.pid)
         for _ in range(3):
             server.process.send_signal(signal.SIGINT)
             time.sleep(0.03)
         code, _, err = server.end(signal.SIGINT)
         assert (code, err) == (0, "")
         assert not is_alive(pid)
-        assert segments() <= server.segments_before
+        assert not own & segments()
 
 
 def test_a_signal_during_a_long_start_ends_everything_too() -> None:
     with running("slow-start") as server:
         wait_for(server.answers)
         pid = wait_for(lambda: server.worker()["pid"])
+        own = segments_of(server.process.pid)
         code, _, err = server.end(signal.SIGINT)
         assert (code, err) == (0, "")
         assert not is_alive(pid)
-        assert segments() <= server.segments_before
+        assert not own & segments()
 
 
 def test_nothing_survives_a_server_that_is_killed() -> None:
     with running() as server:
         pid = server.wait_ready().worker()["pid"]
+        own = segments_of(server.process.pid)
         server.process.kill()
         wait_for(lambda: not is_alive(pid), 3)
-        wait_for(lambda: segments() <= server.segments_before, 3)
+        wait_for(lambda: not own & segments(), 3)

@@ -12,6 +12,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from patience import within
 
 sys.path.insert(0, str(Path(__file__).parent / "stand_ins"))
 
@@ -57,7 +58,7 @@ def address(kind: str, serial: str = "") -> str:
 
 
 def frame_within(source: LiveCamera, limit_s: float = 5.0):
-    give_up_at_s = time.monotonic() + limit_s
+    give_up_at_s = time.monotonic() + within(limit_s)
     while True:
         try:
             return source.read()
@@ -67,7 +68,7 @@ def frame_within(source: LiveCamera, limit_s: float = 5.0):
 
 def problem_of(source: LiveCamera, holds: Callable[[str], bool], limit_s: float = 5.0) -> str:
     """The first problem of this kind."""
-    give_up_at_s = time.monotonic() + limit_s
+    give_up_at_s = time.monotonic() + within(limit_s)
     told = ""
     while time.monotonic() < give_up_at_s:
         try:

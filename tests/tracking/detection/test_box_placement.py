@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from snapfit.models.camera import PinholeCamera
@@ -21,7 +21,6 @@ def box_of(pose):
     return np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     turn=st.tuples(*[st.floats(-3, 3)] * 3),
     x=st.floats(-0.25, 0.25),

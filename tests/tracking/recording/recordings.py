@@ -79,7 +79,7 @@ def write(path: Path, n_frames: int = 8, color_format: str = "png") -> Path:
     for number in range(n_frames):
         recorder.add(frame(number), [], result_fields(result(number)))
     recorder.log(START_NS, 30, "a line of the log", "snapfit.test")
-    recorder.close(limit_s=60)
+    recorder.close(limit_s=120)
     assert recorder.account.problem is None
     assert (recorder.account.frames, recorder.account.dropped) == (n_frames, 0)
     return path

@@ -91,7 +91,7 @@ def test_what_came_is_with_the_frame_before_which_it_came(tmp_path: Path) -> Non
         tracker.track(recordings.frame(2))
     assert tracker.names == ("box",)
     assert events.finds == ("box",)
-    recorder.close(limit_s=60)
+    recorder.close(limit_s=120)
     with closing(OpenRecording(tmp_path / "bench.mcap")) as opened:
         records = [opened.record(each) for each in opened.results]
     kinds = [[event.kind for event in record.events] for record in records]
@@ -145,6 +145,6 @@ def test_the_log_goes_into_the_recording_and_a_bad_line_harms_nobody(
     logger.warning("frame %s is %d px too small", "000007", 3)
     logger.warning("%d", "no number")
     recorder.add(recordings.frame(0), [], result_fields(recordings.result(0)))
-    recorder.close(limit_s=60)
+    recorder.close(limit_s=120)
     with closing(OpenRecording(tmp_path / "bench.mcap")) as opened:
         assert opened.log == ["frame 000007 is 3 px too small"]

@@ -4,6 +4,7 @@ import time
 from collections.abc import Mapping
 
 import pytest
+from patience import within
 
 from snapfit.models.asset import find_asset
 from snapfit.models.camera import AZURE_KINECT_720P, RgbdCamera
@@ -32,7 +33,7 @@ def frames(clamp, draw):
 
 
 def taken(catch_up: CatchUp) -> Mapping[str, Pose]:
-    until_s = time.monotonic() + 60
+    until_s = time.monotonic() + within(60)
     while (poses := catch_up.take()) is None:
         assert time.monotonic() < until_s
         time.sleep(0.01)
