@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 from snapfit.server import quaternion
 from snapfit.server.rigid import Rigid
 
-_KEPT = 20
+KEPT = 20
+"""How many poses are averaged."""
 
 
 class Deviation(NamedTuple):
@@ -21,29 +22,31 @@ class Deviation(NamedTuple):
 
 
 class MeanPose:
-    """The average of the latest poses of one thing that does not move."""
+    """The average of the latest poses of one thing that does not move.
 
-    def __init__(self) -> None:
-        self._poses: deque[Rigid] = deque(maxlen=_KEPT)
+    Args:
+        poses: the latest one last.
+    """
+
+    def __init__(self, poses: Sequence[Rigid] = ()) -> None:
+        self._poses = poses
 
     def __len__(self) -> int:
         return len(self._poses)
 
-    def add(self, pose: Rigid) -> None:
-        """One more; the oldest of many is forgotten."""
-        self._poses.append(pose)
+    @property
+    def latest(self) -> Rigid | None:
+        """The last one; None without a pose."""
+        return self._poses[-1] if self._poses else None
 
-    def clear(self) -> None:
-        """Forget all."""
-        self._poses.clear()
-
+    @cached_property
     def mean(self) -> Rigid | None:
         """The average; None without a pose."""
         return mean_of(self._poses) if self._poses else None
 
     def scatter(self) -> Deviation | None:
         """Root mean square of the poses around their average; None without a pose."""
-        mean = self.mean()
+        mean = self.mean
         if mean is None:
             return None
         apart = [deviation(mean, pose) for pose in self._poses]
@@ -53,7 +56,7 @@ class MeanPose:
         )
 
 
-def mean_of(poses: Sequence[Rigid] | deque[Rigid]) -> Rigid:
+def mean_of(poses: Sequence[Rigid]) -> Rigid:
     """The average of poses that are close to each other: of positions, and of quaternions."""
     count = len(poses)
     first = poses[0].orientation

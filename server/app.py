@@ -16,7 +16,7 @@ from fastapi import Depends, FastAPI
 
 from snapfit.server.clock import Clock
 from snapfit.server.fast_lane import PosesFastLane
-from snapfit.server.fleet.keepers import keeper_for
+from snapfit.server.fleet.keepers import backing_for
 from snapfit.server.gbot_port import GbotPort
 from snapfit.server.metrics import Metrics
 from snapfit.server.openapi import install_openapi
@@ -37,6 +37,7 @@ from snapfit.server.routes import (
 )
 from snapfit.server.routes.dependencies import named_station
 from snapfit.server.routes.page import page_paths, page_router
+from snapfit.server.security.first_key import key_file
 from snapfit.server.security.install import install_security
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
@@ -57,9 +58,8 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         settings: what is served.
         pipeline: "module:function" that opens source and tracker in the workers.
     """
-    all_stations = Stations(
-        list(settings.all_stations), Clock.started_now(), pipeline, keeper_for(settings.store)
-    )
+    back = backing_for(settings.store, key_file(settings.security).parent)
+    all_stations = Stations(list(settings.all_stations), Clock.started_now(), pipeline, back)
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

@@ -23,13 +23,13 @@ class CommandDesk:
     Args:
         station: its name.
         store: of the station.
-        is_up: whether its worker runs.
+        why_down: why its worker cannot be reached; None where it runs.
     """
 
-    def __init__(self, station: str, store: PoseStore, is_up: Callable[[], bool]) -> None:
+    def __init__(self, station: str, store: PoseStore, why_down: Callable[[], str | None]) -> None:
         self._station = station
         self._store = store
-        self._is_up = is_up
+        self._why_down = why_down
         self._run = secrets.token_hex(6)
         self._number = 0
         self._pending: list[Command] = []
@@ -50,8 +50,9 @@ class CommandDesk:
             ProblemError: 409, it cannot be done, with the reason; 503, the worker is down or does
                 not answer.
         """
-        if not self._is_up():
-            raise self._unavailable("is down")
+        why_down = self._why_down()
+        if why_down is not None:
+            raise self._unavailable(why_down)
         self._number += 1
         command = Command(number=self._number, kind=kind, parts=tuple(parts), state=state)
         self._pending.append(command)
@@ -63,7 +64,7 @@ class CommandDesk:
             self._pending.remove(command)
             self._write()
         if outcome is None:
-            raise self._unavailable(f"did not answer within {_LIMIT_S:g} s")
+            raise self._unavailable(f"it did not answer within {_LIMIT_S:g} s")
         if outcome.problem is not None:
             detail = f"Station {self._station}: {outcome.detail}"
             names = list(outcome.names)
@@ -93,7 +94,7 @@ class CommandDesk:
         return ProblemError(
             HTTPStatus.SERVICE_UNAVAILABLE,
             "worker-unavailable",
-            f"The worker of station {self._station} {what}: ask again; doing it twice does no "
-            "more than doing it once.",
+            f"The worker of station {self._station} does nothing now: {what}. Ask again; doing it "
+            "twice does no more than doing it once.",
             retry_after_s=1,
         )

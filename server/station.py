@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 from http import HTTPStatus
 from pathlib import Path
@@ -13,9 +12,9 @@ from snapfit.server.answers import Answer, SnapshotAnswers
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
 from snapfit.server.command_desk import CommandDesk
-from snapfit.server.fleet.keepers import MakeKeeper, keep_here
-from snapfit.server.logs.setup import chosen_logging
-from snapfit.server.picture_message import PictureMessage, unpack_picture
+from snapfit.server.fleet.keepers import Back, back_here
+from snapfit.server.picture_desk import PictureDesk
+from snapfit.server.picture_message import PictureMessage
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
 from snapfit.server.schemas import (
@@ -26,15 +25,12 @@ from snapfit.server.schemas import (
 )
 from snapfit.server.settings import StationSettings
 from snapfit.server.station_news import StationNews
-from snapfit.server.steps import StationSteps, no_assembly
+from snapfit.server.station_spec import station_spec
+from snapfit.server.steps import StationSteps, assembly_of, no_assembly, no_asset
 from snapfit.server.view import PLAIN, View
 from snapfit.server.watch import Moment, Watch
 from snapfit.server.worker_health import worker_health
-from snapfit.server.worker_spec import WorkerSpec
 
-_PICTURE_WAIT_S = 1.0
-_PICTURE_POLL_S = 0.01
-_PICTURE_WANTED_S = 2.0
 _ANCHOR_WAIT_S = 2.0
 _RETRY_AFTER_S = 1
 
@@ -64,37 +60,20 @@ class Station:
         settings: StationSettings,
         clock: Clock,
         pipeline: str,
-        make_keeper: MakeKeeper = keep_here,
+        back: Back = back_here,
     ) -> None:
         self.name = settings.name
         self._clock = clock
         self._stale_after_s = settings.stale_after_s
         self._stale_after_us = round(settings.stale_after_s * 1e6)
         self._store = PoseStore.create()
-        names = self._store.names
-        spec = WorkerSpec(
-            station=settings.name,
-            source=settings.source,
-            asset=settings.asset,
-            method=settings.method,
-            detector=settings.detector,
-            providers=settings.providers,
-            calibration=settings.calibration,
-            record=settings.record,
-            record_color=settings.record_color,
-            boot_id="",
-            wall_minus_monotonic_ns=clock.wall_minus_monotonic_ns,
-            poses_segment=names.poses,
-            pictures_segment=names.pictures,
-            pipeline=pipeline,
-            log_format=chosen_logging().format,
-            log_level=chosen_logging().level,
-        )
-        self._supervisor = make_keeper(spec, self._store)
-        self.commands = CommandDesk(
-            self.name, self._store, lambda: self._supervisor.status.pid is not None
-        )
-        self.news = StationNews(self.name, self._store, clock, self.commands)
+        spec = station_spec(settings, clock, self._store.names, pipeline)
+        backing = back(spec, self._store)
+        self._supervisor = backing.keeper
+        self._shelf = backing.shelf
+        self._pictures = PictureDesk(self.name, self._store, self._is_up)
+        self.commands = CommandDesk(self.name, self._store, self._why_down)
+        self.news = StationNews(self.name, self._store, clock, self.commands, self._shelf)
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
         self._asset: ExportedAsset | None = None
@@ -107,6 +86,7 @@ class Station:
     def close(self) -> None:
         """End the worker and remove the store."""
         self._supervisor.close()
+        self._shelf.close()
         self._store.close()
 
     def moment(self) -> Moment | None:
@@ -166,13 +146,15 @@ class Station:
         """The steps of its asset at the latest snapshot.
 
         Raises:
-            ProblemError: 503 before the first snapshot, 404 where nothing follows the assembly.
+            ProblemError: 503 before the first snapshot and before the asset is here, 404 where
+                nothing follows the assembly.
         """
         answers = self._latest()
         stale = self._is_stale(answers)
+        assembly_of(answers)
         asset = self.asset()
         if asset is None:
-            raise no_assembly(self.name)
+            raise no_asset(self.name)
         return StationSteps(answers, asset, view, stale=stale)
 
     def asset(self) -> ExportedAsset | None:
@@ -189,25 +171,7 @@ class Station:
         Raises:
             ProblemError: 503 when there is none in time.
         """
-        wanted_generation = self._latest().generation
-        mailbox = self._store.pictures[kind]
-        give_up_at_s = time.monotonic() + _PICTURE_WAIT_S
-        seen = -1
-        while self._supervisor.status.pid is not None and time.monotonic() < give_up_at_s:
-            self._store.want(kind, _PICTURE_WANTED_S)
-            if mailbox.latest != seen:
-                seen = mailbox.latest
-                message = mailbox.read()
-                picture = None if message is None else unpack_picture(message.payload)
-                if picture is not None and picture.generation >= wanted_generation:
-                    return picture
-            await asyncio.sleep(_PICTURE_POLL_S)
-        raise ProblemError(
-            HTTPStatus.SERVICE_UNAVAILABLE,
-            "no-picture",
-            f"The worker of station {self.name} delivered no picture within {_PICTURE_WAIT_S:g} s.",
-            retry_after_s=_RETRY_AFTER_S,
-        )
+        return await self._pictures.picture(kind, self._latest().generation)
 
     @property
     def is_refused(self) -> bool:
@@ -232,6 +196,13 @@ class Station:
             worker=self._health(report),
         )
 
+    def _is_up(self) -> bool:
+        return self._supervisor.status.pid is not None
+
+    def _why_down(self) -> str | None:
+        status = self._supervisor.status
+        return None if status.pid is not None else status.absent or "it is down"
+
     def _health(self, report: WorkerReport | None) -> WorkerHealth:
         return worker_health(self._supervisor.status, report)
 
@@ -246,9 +217,10 @@ class Station:
     async def wait_for_anchor(self, anchor: Anchor) -> None:
         """Until the camera has seen the anchor's board; gives up after two seconds."""
         give_up_at_s = time.monotonic() + _ANCHOR_WAIT_S
-        while anchor.view.latest is None and time.monotonic() < give_up_at_s:
+        while len(anchor.view.poses) == 0 and time.monotonic() < give_up_at_s:
             if not await self.watch.change(_ANCHOR_WAIT_S):
                 return
+            self.news.anchors.update()
 
     def _on_moment(self) -> None:
         answers = self._newest()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from snapfit.server.anchor_shelf import AnchorShelf
 from snapfit.server.anchors import Anchor, Anchors
 from snapfit.server.answers import SnapshotAnswers
 from snapfit.server.clock import Clock
@@ -23,6 +24,7 @@ class StationNews:
         store: of the station.
         clock: the server's time line.
         commands: told which boards the camera shall look for.
+        shelf: keeps the anchors.
 
     Attributes:
         events: what happened.
@@ -30,21 +32,33 @@ class StationNews:
         state_clock: how long each assembly state has held.
     """
 
-    def __init__(self, station: str, store: PoseStore, clock: Clock, commands: CommandDesk) -> None:
+    def __init__(
+        self,
+        station: str,
+        store: PoseStore,
+        clock: Clock,
+        commands: CommandDesk,
+        shelf: AnchorShelf,
+    ) -> None:
         self._station = station
         self._store = store
         self._clock = clock
         self._detector = EventDetector()
         self._markers_seen = 0
         self._identity: dict[str, Any] = {}
+        self._shelf = shelf
         self.events = EventLog()
-        self.anchors = Anchors(station, clock.now_us, commands.look_for, self._on_anchor_drift)
+        self.anchors = Anchors(
+            station, clock.now_us, shelf, commands.look_for, self._on_anchor_drift
+        )
         self.state_clock = StateClock()
+        self.anchors.update()
 
     def take_in(self, answers: SnapshotAnswers | None, *, stale: bool) -> None:
         """Another snapshot, or the latest one has become stale; None before the first one."""
         self._look_at_markers()
-        self.anchors.expire()
+        self.anchors.update()
+        self._shelf.save()
         if answers is None:
             return
         self._identity = answers.identity
@@ -59,7 +73,7 @@ class StationNews:
         self._markers_seen = self._store.markers.latest
         message = self._store.markers.read()
         if message is not None:
-            self.anchors.seen(MarkerMessage.model_validate_json(message.payload))
+            self._shelf.see(MarkerMessage.model_validate_json(message.payload))
 
     def _on_anchor_drift(self, anchor: Anchor) -> None:
         drift = {} if anchor.drift is None else anchor.drift._asdict()

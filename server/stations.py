@@ -10,7 +10,7 @@ from http import HTTPStatus
 
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.clock import Clock
-from snapfit.server.fleet.keepers import MakeKeeper, keep_here
+from snapfit.server.fleet.keepers import Back, back_here
 from snapfit.server.problems import ProblemError
 from snapfit.server.settings import StationSettings
 from snapfit.server.station import Station
@@ -23,7 +23,7 @@ class Stations:
         settings: one for each station.
         clock: the server's time line.
         pipeline: "module:function" that opens source and tracker in the workers.
-        make_keeper: makes who keeps the workers running.
+        back: makes what stands behind a station.
     """
 
     def __init__(
@@ -31,18 +31,18 @@ class Stations:
         settings: list[StationSettings],
         clock: Clock,
         pipeline: str,
-        make_keeper: MakeKeeper = keep_here,
+        back: Back = back_here,
     ) -> None:
         self.clock = clock
         self._settings = settings
         self._pipeline = pipeline
-        self._make_keeper = make_keeper
+        self._back = back
         self._stations: dict[str, Station] = {}
 
     def open(self) -> None:
         """Make the stores and start the workers."""
         for settings in self._settings:
-            station = Station(settings, self.clock, self._pipeline, self._make_keeper)
+            station = Station(settings, self.clock, self._pipeline, self._back)
             self._stations[settings.name] = station
             station.start()
 

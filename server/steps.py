@@ -127,3 +127,14 @@ def no_assembly(station: str) -> ProblemError:
         f"Nothing follows an assembly at station {station}: its asset has no states and steps, or "
         "its method tracks single parts (gbot follows them).",
     )
+
+
+def no_asset(station: str) -> ProblemError:
+    """503, the asset is not here."""
+    return ProblemError(
+        HTTPStatus.SERVICE_UNAVAILABLE,
+        "no-asset-yet",
+        f"The steps of station {station} are not here: its worker has not handed its asset over "
+        "yet, or its cache cannot be written, which its log tells then.",
+        retry_after_s=1,
+    )

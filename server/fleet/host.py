@@ -42,9 +42,9 @@ def run_workers(
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
-    make_keeper = publish_at(settings.store)
+    back = publish_at(settings.store)
     clock = Clock.started_now()
-    stations = Stations(list(settings.all_stations), clock, pipeline, make_keeper)
+    stations = Stations(list(settings.all_stations), clock, pipeline, back)
     try:
         stations.open()
         _watch(stations, say, stop)

@@ -6,10 +6,15 @@
 | `snapfit:STATION:status` | JSON of a `ToldStatus` | as the lease |
 | `snapfit:STATION:snapshot`, `:report` | generation, then the message | a day |
 | `snapfit:STATION:frame`, `:overlay` | the same, of a picture | a day |
+| `snapfit:STATION:anchors` | hash: an `AnchorRecord` a name, and how often it was changed | a day |
+| `snapfit:STATION:views` | hash: a `ViewRecord` a board | a day |
+| `snapfit:asset:NAME-DIGEST` | hash: an asset's files in pieces, and their list | a day |
 
 The channel `snapfit:STATION` tells of each new message and status: its name, a line feed, and, but
-for pictures, the value itself. The channel `snapfit:STATION:to-worker` goes the other way, in the
-same form: `want`, and which pictures.
+for pictures, the value itself; in the same form of what became of orders (`replies`), of boards
+that the camera sees (`view`), and of anchors (`anchors`, an `AnchorsChange`). The channel
+`snapfit:STATION:to-worker` goes the other way: `want`, and which pictures; `orders`, and all that
+a replica wants done at the moment.
 """
 
 from __future__ import annotations
@@ -33,7 +38,8 @@ KEPT_S = 86_400
 WANTED_S = 2.0
 """For how long one wish brings pictures, seconds."""
 
-SNAPSHOT, STATUS, WANT = "snapshot", "status", "want"
+SNAPSHOT, REPORT, STATUS, WANT = "snapshot", "report", "status", "want"
+ORDERS, REPLIES, VIEW, ANCHORS = "orders", "replies", "view", "anchors"
 _GENERATION = struct.Struct("<Q")
 
 
@@ -62,6 +68,16 @@ class StationKeys:
     def status(self) -> str:
         """How the worker does, as its supervisor knows."""
         return f"snapfit:{self.station}:status"
+
+    @property
+    def anchors(self) -> str:
+        """What clients have put."""
+        return f"snapfit:{self.station}:anchors"
+
+    @property
+    def views(self) -> str:
+        """How the camera sees their boards."""
+        return f"snapfit:{self.station}:views"
 
     def message(self, name: str) -> str:
         """The latest message of a mailbox."""
@@ -101,7 +117,18 @@ class ToldStatus:
 def published(store: PoseStore) -> dict[str, Mailbox]:
     """The mailboxes of a store that go from the worker to the API, by name."""
     pictures = {kind.value: mailbox for kind, mailbox in store.pictures.items()}
-    return {SNAPSHOT: store.snapshots, "report": store.reports, **pictures}
+    return {SNAPSHOT: store.snapshots, REPORT: store.reports, **pictures}
+
+
+def tell(name: str, value: bytes) -> bytes:
+    """What goes over a channel."""
+    return name.encode() + b"\n" + value
+
+
+def heard(told: bytes) -> tuple[str, bytes]:
+    """The inverse of `tell`."""
+    name, _, value = told.partition(b"\n")
+    return name.decode(errors="replace"), value
 
 
 def pack(message: Message) -> bytes:

@@ -11,21 +11,30 @@ import time
 import redis
 
 from snapfit.server.clock import Clock
+from snapfit.server.fleet.asset_upload import AssetUpload
 from snapfit.server.fleet.keeper import Keeper
 from snapfit.server.fleet.keys import (
     KEPT_S,
     LEASE_S,
+    ORDERS,
+    REPLIES,
+    REPORT,
     STATUS,
     WANT,
     WANTED_S,
     StationKeys,
     ToldStatus,
+    heard,
     pack,
     published,
+    tell,
 )
 from snapfit.server.fleet.link import Link
+from snapfit.server.fleet.order_relay import OrderRelay
+from snapfit.server.fleet.view_publisher import ViewPublisher
 from snapfit.server.mailbox import Mailbox
 from snapfit.server.pose_store import Picture, PoseStore
+from snapfit.server.schemas import WorkerReport
 from snapfit.server.supervisor import SupervisorStatus
 from snapfit.server.worker_spec import WorkerSpec
 
@@ -65,7 +74,10 @@ class Publisher:
         self._store = store
         self._keeper = keeper
         self._me = f"{socket.gethostname()}:{os.getpid()}:{secrets.token_hex(4)}"
-        self._holds = False
+        self._held_until_s = 0.0
+        self._relay = OrderRelay(spec.station, store)
+        self._views = ViewPublisher(store, self._keys)
+        self._assets = AssetUpload()
         self._status = keeper.status
         self._told_of = ""
         self._link = Link(url, f"publish-{spec.station}", self._publish)
@@ -85,10 +97,15 @@ class Publisher:
         self._keeper.close()
         self._link.close()
 
+    @property
+    def _holds(self) -> bool:
+        """Whether the lease is ours, as far as is known."""
+        return time.monotonic() < self._held_until_s
+
     def _publish(self, client: redis.Redis) -> None:
-        mailboxes = published(self._store)
-        sent = dict.fromkeys(mailboxes, 0)
+        sent = dict.fromkeys(published(self._store), 0)
         renew_at_s = 0.0
+        is_known = False
         with client.pubsub(ignore_subscribe_messages=True) as channel:  # type: ignore[no-untyped-call]
             channel.subscribe(self._keys.to_worker)
             while not self._link.stop.is_set():
@@ -98,16 +115,28 @@ class Publisher:
                 now_s = time.monotonic()
                 if now_s >= renew_at_s:
                     renew_at_s = now_s + _RENEW_S
-                    self._holds = self._renew(client)
+                    self._held_until_s = now_s + LEASE_S if self._renew(client) else 0.0
                 if not self._holds:
                     continue
-                if self._keeper.status != self._status:
-                    self._send_status(client)
-                for name, mailbox in mailboxes.items():
-                    if mailbox.latest != sent[name]:
-                        sent[name] = self._send(client, name, mailbox)
+                if not is_known:
+                    is_known = True
+                    self._views.connect(client)
+                    self._assets.connected()
+                self._tell_news(client, sent)
         if self._holds:
             client.eval(_GIVE_UP, 2, self._keys.lease, self._keys.status, self._me)
+
+    def _tell_news(self, client: redis.Redis, sent: dict[str, int]) -> None:
+        """All that was not told yet."""
+        if self._keeper.status != self._status:
+            self._send_status(client)
+        for name, mailbox in published(self._store).items():
+            if mailbox.latest != sent[name]:
+                sent[name] = self._send(client, name, mailbox)
+        for replies in self._relay.look():
+            client.publish(self._keys.channel, tell(REPLIES, replies))
+        self._views.look(client, self._relay.boards)
+        self._assets.step(client)
 
     def _renew(self, client: redis.Redis) -> bool:
         holder = client.eval(_HOLD, 1, self._keys.lease, self._me, str(_LEASE_MS))
@@ -127,21 +156,25 @@ class Publisher:
 
     def _hear(self, told: bytes) -> None:
         """What a replica wants; of another version it may want what is not known here."""
-        name, _, value = told.decode().partition("\n")
-        if name == WANT and value in self._store.pictures:
-            self._store.want(Picture(value), WANTED_S)
+        name, value = heard(told)
+        if name == WANT and value.decode() in self._store.pictures:
+            self._store.want(Picture(value.decode()), WANTED_S)
+        elif name == ORDERS and self._holds:
+            self._relay.hear(value)
 
     def _send(self, client: redis.Redis, name: str, mailbox: Mailbox) -> int:
         """Publish the latest message; its generation."""
         message = mailbox.read()
         if message is None:
             return 0
+        if name == REPORT:
+            self._assets.serve(WorkerReport.model_validate_json(message.payload).asset_folder)
         value = pack(message)
         # Pictures are large and few want them: who does fetches them.
         told = value if name not in self._store.pictures else b""
         pipeline = client.pipeline(transaction=False)
         pipeline.set(self._keys.message(name), value, ex=KEPT_S)
-        pipeline.publish(self._keys.channel, name.encode() + b"\n" + told)
+        pipeline.publish(self._keys.channel, tell(name, told))
         pipeline.execute()
         return message.generation
 
@@ -151,5 +184,5 @@ class Publisher:
         value = ToldStatus(self._status, self._clock.now_us()).dump()
         pipeline = client.pipeline(transaction=False)
         pipeline.set(self._keys.status, value, px=_LEASE_MS)
-        pipeline.publish(self._keys.channel, STATUS.encode() + b"\n" + value)
+        pipeline.publish(self._keys.channel, tell(STATUS, value))
         pipeline.execute()

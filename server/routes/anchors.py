@@ -24,8 +24,11 @@ _PROBLEMS = problem_responses(HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENT
 _PUT: dict[int | str, dict[str, Any]] = {
     HTTPStatus.CREATED.value: {"model": AnchorInfo, "description": "A new anchor."},
     **_PROBLEMS,
-    **problem_responses(HTTPStatus.BAD_REQUEST, HTTPStatus.CONFLICT),
+    **problem_responses(
+        HTTPStatus.BAD_REQUEST, HTTPStatus.CONFLICT, HTTPStatus.SERVICE_UNAVAILABLE
+    ),
 }
+_DELETE = {**_PROBLEMS, **problem_responses(HTTPStatus.SERVICE_UNAVAILABLE)}
 AnchorName = Annotated[
     str, Path(description="A name that the client chooses.", pattern=f"^{ANCHOR_NAME}$")
 ]
@@ -53,7 +56,7 @@ async def put_anchor(
     """Say where the board is in the client's world; the server averages over what is put."""
     given = request.world_from_marker
     world = Rigid(given.position, given.orientation).along(AXES[request.convention].inverse)
-    it, is_new = station.news.anchors.put(
+    it, is_new = await station.news.anchors.put(
         anchor, request.board, world, ttl_s=request.ttl_s, restart=request.restart
     )
     await station.wait_for_anchor(it)
@@ -61,22 +64,22 @@ async def put_anchor(
     return _info(station, it, request.convention)
 
 
-@router.delete("/{anchor}", status_code=HTTPStatus.NO_CONTENT, responses=_PROBLEMS)
+@router.delete("/{anchor}", status_code=HTTPStatus.NO_CONTENT, responses=_DELETE)
 async def delete_anchor(station: OneStation, anchor: AnchorName) -> None:
     """Forget an anchor."""
-    station.news.anchors.delete(anchor)
+    await station.news.anchors.delete(anchor)
 
 
 def _info(station: Station, anchor: Anchor, convention: Convention) -> AnchorInfo:
-    pose, view = anchor.world_from_camera(), anchor.view
+    pose, view, record = anchor.world_from_camera(), anchor.view, anchor.record
     residual = anchor.worlds.scatter() or Deviation(0.0, 0.0)
-    has_seen = view.latest is not None
+    has_seen = len(view.poses) > 0
     return AnchorInfo(
         station=station.name,
         anchor=anchor.name,
         frame=f"anchor:{anchor.name}",
         convention=convention,
-        board=anchor.board,
+        board=record.board,
         aligned=pose is not None,
         world_from_camera=None if pose is None else _placed(pose, convention),
         samples=len(anchor.worlds),
@@ -87,8 +90,8 @@ def _info(station: Station, anchor: Anchor, convention: Convention) -> AnchorInf
         seen_at_us=view.seen_at_us if has_seen else None,
         drift=_apart(anchor.drift),
         drifting=anchor.is_drifting,
-        updated_at_us=anchor.updated_at_us,
-        expires_at_us=anchor.expires_at_us,
+        updated_at_us=record.updated_at_us,
+        expires_at_us=record.expires_at_us,
     )
 
 

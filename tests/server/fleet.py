@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 from harness import HERE, Server, free_port, wait_for, with_tests
 
+from snapfit.models.cache import CACHE_VARIABLE
+
 REDIS = shutil.which("redis-server") or shutil.which("valkey-server")
 needs_redis = pytest.mark.skipif(REDIS is None, reason="there is no redis-server to test with")
 
@@ -58,12 +60,12 @@ def redis_server() -> Iterator[Redis]:
 class WorkerMachine:
     """`snapfit worker` with the scripted pipeline."""
 
-    def __init__(self, folder: Path, url: str) -> None:
+    def __init__(self, folder: Path, url: str, **environment: str) -> None:
         config = folder / "worker.toml"
         config.write_text(f'store = "{url}"\n')
         self.process = subprocess.Popen(
             [sys.executable, str(HERE / "work_scripted.py"), str(config)],
-            env={**os.environ, "PYTHONPATH": with_tests()},
+            env={**os.environ, "PYTHONPATH": with_tests(), **environment},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -73,13 +75,13 @@ class WorkerMachine:
         """Exit code, standard output, standard error."""
         if self.process.poll() is None:
             self.process.send_signal(number)
-        out, err = self.process.communicate(timeout=15)
+        out, err = self.process.communicate(timeout=30)
         return self.process.returncode, out, err
 
 
 @contextmanager
-def working(folder: Path, url: str) -> Iterator[WorkerMachine]:
-    machine = WorkerMachine(folder, url)
+def working(folder: Path, url: str, **environment: str) -> Iterator[WorkerMachine]:
+    machine = WorkerMachine(folder, url, **environment)
     try:
         yield machine
     finally:
@@ -87,13 +89,15 @@ def working(folder: Path, url: str) -> Iterator[WorkerMachine]:
 
 
 @contextmanager
-def replica(url: str) -> Iterator[Server]:
-    """An API without workers of its own."""
+def replica(url: str, cache: Path | None = None) -> Iterator[Server]:
+    """An API without workers of its own, on a machine with a cache of its own."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SNAPFIT_STORE", url)
+        if cache is not None:
+            patch.setenv(CACHE_VARIABLE, str(cache))
         server = Server()
     try:
-        wait_for(server.answers)
+        wait_for(server.answers, 30)
         yield server
     finally:
         server.end()

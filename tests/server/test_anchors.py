@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,7 @@ from test_api import assert_problem
 from snapfit.models.pose import Pose
 from snapfit.server import quaternion
 from snapfit.server.alignment import deviation, mean_of
+from snapfit.server.anchor_shelf import LocalShelf
 from snapfit.server.anchors import DRIFT_M, Anchor, Anchors
 from snapfit.server.boards import Board, CharucoBoard
 from snapfit.server.conventions import AXES, Convention
@@ -64,13 +67,19 @@ def test_deviation_is_the_papers_two_errors(turn: list[float], way: list[float])
 class Bench:
     """Anchors with a clock, a camera and ears of their own."""
 
-    def __init__(self) -> None:
+    def __init__(self, shelf: LocalShelf | None = None) -> None:
         self.now_us = 0
         self.boards: list[Board] = []
         self.drifted: list[str] = []
+        self.shelf = shelf or LocalShelf()
         self.anchors = Anchors(
-            "bench", lambda: self.now_us, self._look_for, lambda it: self.drifted.append(it.name)
+            "bench",
+            lambda: self.now_us,
+            self.shelf,
+            self._look_for,
+            lambda it: self.drifted.append(it.name),
         )
+        self.anchors.update()
 
     def _look_for(self, boards: list[Board]) -> None:
         self.boards = boards
@@ -80,8 +89,8 @@ class Bench:
     ) -> Anchor:
         """As a headset whose world is off by something."""
         world = (off or Pose.identity()) @ WORLD_FROM_CAMERA @ camera_from_marker
-        arguments = {"ttl_s": 60.0, "restart": False, **more}
-        return self.anchors.put(name, MARKER, rigid(world), **arguments)[0]
+        arguments = {"ttl_s": 60.0, "restart": False, "board": MARKER, **more}
+        return asyncio.run(self.anchors.put(name, world=rigid(world), **arguments))[0]
 
     def see(self, camera_from_marker: Pose) -> None:
         position, orientation = rigid(camera_from_marker)
@@ -89,7 +98,8 @@ class Bench:
             board=MARKER, position=position, orientation=orientation, error_px=0.1, corners=4
         )
         message = MarkerMessage(boot_id="b", captured_at_us=self.now_us, seen=(seen,))
-        self.anchors.seen(MarkerMessage.model_validate_json(message.model_dump_json()))
+        self.shelf.see(MarkerMessage.model_validate_json(message.model_dump_json()))
+        self.anchors.update()
 
 
 PLACE = Pose.exp([0.5, 0.4, 0.3, 0.02, 0.01, 0.6])
@@ -183,12 +193,59 @@ def test_there_is_a_limit_and_another_board_begins_anew() -> None:
         bench.put(f"headset-{number}", PLACE)
     with pytest.raises(ProblemError, match="delete one"):
         bench.put("one-more", PLACE)
-    anchor, is_new = bench.anchors.put(
-        "headset-0", CharucoBoard(), rigid(PLACE), ttl_s=9, restart=False
-    )
-    assert (len(anchor.worlds), is_new, len(bench.boards)) == (1, False, 2)
-    bench.anchors.delete("headset-0")
+    anchor = bench.put("headset-0", PLACE, board=CharucoBoard())
+    assert (len(anchor.worlds), len(bench.boards)) == (1, 2)
+    asyncio.run(bench.anchors.delete("headset-0"))
     assert bench.boards == [MARKER]
+
+
+def test_anchors_outlive_the_server_and_the_camera_has_to_look_again(tmp_path: Path) -> None:
+    file = tmp_path / "keys" / "anchors" / "bench.json"
+    bench = Bench(LocalShelf(file, "camera-1"))
+    for _ in range(3):
+        bench.put("headset", PLACE)
+        bench.see(PLACE)
+    bench.shelf.close()
+    assert file.stat().st_mode & 0o777 == 0o600
+    again = Bench(LocalShelf(file, "camera-1"))
+    assert again.boards == [MARKER]
+    assert len(again.anchors.named("headset").worlds) == 3
+    with pytest.raises(ProblemError, match="has not seen the board"):
+        again.anchors.frame_from_camera("headset")
+    again.see(PLACE)
+    pose, revision = again.anchors.frame_from_camera("headset")
+    np.testing.assert_allclose(matrix(pose), WORLD_FROM_CAMERA.matrix, atol=1e-9)
+    assert revision != 0
+    assert LocalShelf(file, "another-camera").records == {}
+    again.now_us = 10**9
+    assert again.anchors.all() == []
+
+
+@pytest.mark.parametrize("content", [b"", b"{}", b'{"source": "c", "anchors": [{"anchor": "a"}]}'])
+def test_a_damaged_file_of_anchors_is_told_and_replaced(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, content: bytes
+) -> None:
+    file = tmp_path / "bench.json"
+    file.write_bytes(content)
+    bench = Bench(LocalShelf(file, "c"))
+    assert bench.anchors.all() == []
+    assert "anchors begin anew" in caplog.text
+    bench.put("headset", PLACE)
+    bench.shelf.close()
+    assert list(LocalShelf(file, "c").records) == ["headset"]
+
+
+def test_a_folder_that_cannot_be_written_is_told_once_and_costs_nothing(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "no-folder").write_text("")
+    bench = Bench(LocalShelf(tmp_path / "no-folder" / "bench.json", "c"))
+    for _ in range(3):
+        bench.put("headset", PLACE)
+        bench.shelf.save(at_once=True)
+    assert len(bench.anchors.named("headset").worlds) == 3
+    told = [it for it in caplog.records if "cannot be written" in it.message]
+    assert len(told) == 1
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,350 @@
+"""What replicas share: orders, anchors and assets, with a Redis that comes and goes between."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import signal
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from event_client import EventClient
+from fleet import Redis, WorkerMachine, needs_redis, redis_server, replica, working
+from harness import Server, is_alive, wait_for
+from scripted_pipeline import CAMERA_FROM_MARKER
+from test_anchors import WORLD_FROM_CAMERA, request
+from test_api import assert_problem
+
+from snapfit.models.cache import CACHE_VARIABLE
+from snapfit.models.pose import Pose
+from snapfit.server.conventions import Convention
+from snapfit.server.fleet.asset_download import AssetDownload
+from snapfit.server.fleet.asset_files import LARGEST_FILE_BYTES, PIECE_BYTES, asset_key
+from snapfit.server.fleet.asset_upload import AssetUpload
+from snapfit.server.fleet.link import connect
+
+pytestmark = needs_redis
+
+STATE = "/v1/assembly/state"
+ANCHOR = "/v1/anchors/headset"
+ASSET = "/v1/assets/scripted-asset"
+IN_ANCHOR = "/v1/poses?frame=anchor:headset"
+HERE = request(Convention.OPENXR, WORLD_FROM_CAMERA @ CAMERA_FROM_MARKER)
+
+
+@dataclass
+class Fleet:
+    """A worker's machine, whose camera sees a marker, and two replicas."""
+
+    redis: Redis
+    machine: WorkerMachine
+    servers: tuple[Server, Server]
+    folder: Path
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
+    folder = tmp_path_factory.mktemp("fleet")
+    own = {"SCRIPTED_FAULT": "marker", CACHE_VARIABLE: str(folder / "worker")}
+    with ExitStack() as open_now:
+        redis = open_now.enter_context(redis_server())
+        machine = open_now.enter_context(working(folder, redis.url, **own))
+        one = open_now.enter_context(replica(redis.url, folder / "one"))
+        two = open_now.enter_context(replica(redis.url, folder / "two"))
+        for server in (one, two):
+            wait_for(lambda server=server: is_fresh(server), 30)
+            wait_for(lambda server=server: server.get(ASSET).status_code == 200, 10)
+        yield Fleet(redis, machine, (one, two), folder)
+
+
+def is_fresh(server: Server) -> bool:
+    answer = server.get("/v1/poses")
+    return answer.status_code == 200 and not answer.json()["stale"]
+
+
+def put_state(server: Server, state: str) -> httpx.Response:
+    return server.client.put(STATE, json={"state": state}, timeout=10)
+
+
+def put_anchor(server: Server, **more: Any) -> httpx.Response:
+    return server.client.put(ANCHOR, json={**HERE, **more}, timeout=10)
+
+
+def state_of(server: Server) -> str:
+    state: str = server.get("/v1/assembly").json()["state"]
+    return state
+
+
+def test_an_order_through_any_replica_is_done_and_answered(fleet: Fleet) -> None:
+    one, two = fleet.servers
+    client = EventClient(two)
+    result = put_state(one, "jaw-mounted").json()
+    assert (result["changed"], result["state"]) == (True, "jaw-mounted")
+    wait_for(lambda: state_of(two) == "jaw-mounted", 3)
+    assert client.wait_for("state_changed").data["decided_by"] == "operator"
+    client.close()
+    again = put_state(two, "jaw-mounted").json()
+    assert (again["changed"], again["done"]) == (False, [])
+    assert two.client.post("/v1/reset").json()["done"] == ["state set to free"]
+    wait_for(lambda: state_of(one) == "free", 3)
+
+
+def test_an_order_that_cannot_be_done_is_refused_with_the_workers_reason(fleet: Fleet) -> None:
+    one, two = fleet.servers
+    problem = assert_problem(put_state(two, "no-such"), 409, STATE)
+    assert problem["names"] == ["free", "jaw-mounted", "assembled"]
+    problem = assert_problem(one.client.post("/v1/reinitialise"), 409, "/v1/reinitialise")
+    assert problem["type"] == "urn:snapfit:problem:no-detector"
+
+
+def test_each_of_many_orders_gets_its_own_answer(fleet: Fleet) -> None:
+    def put(number: int) -> bool:
+        state = ("free", "jaw-mounted", "assembled")[number % 3]
+        url = f"http://127.0.0.1:{fleet.servers[number % 2].port}{STATE}"
+        answer = httpx.put(url, json={"state": state}, timeout=10)
+        return (answer.status_code, answer.json()["state"]) == (200, state)
+
+    with ThreadPoolExecutor(6) as pool:
+        assert all(pool.map(put, range(18)))
+
+
+def test_an_anchor_put_at_one_replica_serves_poses_at_the_other(fleet: Fleet) -> None:
+    one, two = fleet.servers
+    assert put_anchor(one).status_code == 201
+    assert put_anchor(two).json()["samples"] == 2
+    info = put_anchor(one).json()
+    assert (info["aligned"], info["samples"], info["drifting"]) == (True, 3, False)
+    wait_for(lambda: two.get(ANCHOR).json()["samples"] == 3, 3)
+
+    def both() -> Any:
+        mine, others = one.get(IN_ANCHOR), two.get(IN_ANCHOR)
+        # The same snapshot, and the same average of what the camera has seen.
+        return (mine, others) if mine.headers["etag"] == others.headers["etag"] else None
+
+    mine, others = wait_for(both, 20)
+    assert others.json()["frame"] == "anchor:headset"
+    assert mine.json()["parts"] == others.json()["parts"]
+    in_camera = wait_for(
+        lambda: (it := one.get("/v1/poses").json())["seq"] % 5 == 0 and it["parts"][0]
+    )
+    assert in_camera["position"] != others.json()["parts"][0]["position"]
+    steps = two.get("/v1/steps?frame=anchor:headset").json()
+    assert steps["frame"] == "anchor:headset"
+
+
+def test_every_replica_tells_that_worlds_drift_apart(fleet: Fleet) -> None:
+    one, two = fleet.servers
+    for _ in range(4):
+        put_anchor(one)
+    client = EventClient(two)
+    shifted = Pose.from_translation(0.1, 0, 0) @ WORLD_FROM_CAMERA @ CAMERA_FROM_MARKER
+    moved = one.client.put(ANCHOR, json=request(Convention.OPENXR, shifted)).json()
+    assert moved["drifting"] is True
+    event = client.wait_for("anchor_drift")
+    assert event.data["anchor"] == "headset"
+    assert 0.05 < event.data["translation_m"] < 0.15
+    client.close()
+    begun = put_anchor(two, restart=True).json()
+    assert (begun["samples"], begun["drifting"]) == (1, False)
+    wait_for(lambda: one.get(ANCHOR).json()["samples"] == 1, 3)
+
+
+def test_anchors_put_at_once_at_both_replicas_are_all_counted(fleet: Fleet) -> None:
+    def put(number: int) -> int:
+        url = f"http://127.0.0.1:{fleet.servers[number % 2].port}/v1/anchors/busy"
+        return httpx.put(url, json=HERE, timeout=10).status_code
+
+    with ThreadPoolExecutor(6) as pool:
+        assert sorted(pool.map(put, range(12))) == [200] * 11 + [201]
+    one, two = fleet.servers
+    wait_for(lambda: two.get("/v1/anchors/busy").json()["samples"] == 12, 3)
+    assert two.client.delete("/v1/anchors/busy").status_code == 204
+    wait_for(lambda: one.get("/v1/anchors/busy").status_code == 404, 3)
+    assert_problem(one.client.delete("/v1/anchors/busy"), 404, "/v1/anchors/busy")
+
+
+def test_an_anchor_expires_at_all_replicas(fleet: Fleet) -> None:
+    one, two = fleet.servers
+    body = {**HERE, "ttl_s": 1}
+    assert one.client.put("/v1/anchors/brief", json=body).status_code == 201
+    wait_for(lambda: two.get("/v1/anchors/brief").status_code == 200, 1)
+    for server in (one, two):
+        wait_for(lambda server=server: server.get("/v1/anchors/brief").status_code == 404, 3)
+
+
+def test_assets_are_served_by_machines_that_have_never_seen_the_workers_files(
+    fleet: Fleet,
+) -> None:
+    for server, name in zip(fleet.servers, ("one", "two"), strict=True):
+        listed = server.get("/v1/assets").json()["assets"]
+        assert listed == [{"asset": "scripted-asset", "title": "Scripted", "stations": ["bench-1"]}]
+        info = server.get(ASSET)
+        assert str(fleet.folder) not in info.text
+        for part in info.json()["parts"]:
+            mesh = server.get(part["mesh"])
+            assert mesh.headers["content-type"] == "model/gltf-binary"
+            assert hashlib.sha256(mesh.content).hexdigest() == part["mesh_sha256"]
+        again = server.get(part["mesh"], headers={"If-None-Match": mesh.headers["etag"]})
+        assert again.status_code == 304
+        assert [it["step"] for it in server.get("/v1/steps").json()["steps"]] == [
+            "mount-jaw",
+            "screw-bolt",
+        ]
+        assert server.get("/v1/steps/mount-jaw").json()["step"]["annotations"] is not None
+        for path in (f"{ASSET}/parts/..%2Fasset.json", f"{ASSET}/media/..%2Fasset.json"):
+            assert server.get(path).status_code == 404
+        assert len(list((fleet.folder / name / "assets").iterdir())) == 1
+        assert "asset_folder" not in server.get("/v1/stations/bench-1").text
+
+
+def test_a_replica_that_starts_later_knows_what_the_others_know(fleet: Fleet) -> None:
+    one, _ = fleet.servers
+    put_anchor(one)
+    mine = wait_for(lambda: (it := one.get(ANCHOR).json())["camera_samples"] == 20 and it, 30)
+    with replica(fleet.redis.url, fleet.folder / "three") as third:
+        others = wait_for(lambda: (it := third.get(ANCHOR)).status_code == 200 and it.json(), 5)
+        # The camera would need five seconds to be seen so often.
+        assert (others["samples"], others["camera_samples"]) == (mine["samples"], 20)
+        assert others["aligned"] is True
+        code, _, err = third.end()
+    assert (code, err) == (0, "")
+
+
+def test_films_travel_in_pieces_and_what_is_too_large_is_told(
+    fleet: Fleet,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "there"))
+    exported = tmp_path / "here" / "clamp-0123456789abcdef"
+    film = bytes(range(256)) * 4000
+    for name, content in (
+        ("asset.json", b"{}"),
+        ("media/film%20.mp4", film),
+        ("media/empty.txt", b""),
+        ("media/large.mp4", bytes(LARGEST_FILE_BYTES + 1)),
+    ):
+        (exported / name).parent.mkdir(parents=True, exist_ok=True)
+        (exported / name).write_bytes(content)
+    upload, download = AssetUpload(), AssetDownload()
+    client = connect(fleet.redis.url)
+    upload.serve(str(exported))
+    download.serve(str(exported))
+    assert not download.step(client)  # not handed over yet
+    for _ in range(len(film) // PIECE_BYTES + 4):
+        upload.step(client)
+    assert "large.mp4: is larger than 32 MiB" in caplog.text
+    wait_for(lambda: download.step(client))
+    there = download.folder
+    assert there == tmp_path / "there" / "assets" / exported.name
+    assert (there / "media" / "film%20.mp4").read_bytes() == film
+    assert (there / "media" / "empty.txt").read_bytes() == b""
+    assert not (there / "media" / "large.mp4").exists()
+    again = AssetDownload()
+    again.serve(str(exported))
+    assert again.step(client)  # it is in the cache
+    shutil.rmtree(there)
+    client.hset(asset_key(exported.name), "media/film%20.mp4\n1", b"another")
+    damaged = AssetDownload()
+    damaged.serve(str(exported))
+    while "is not the file that was handed over" not in caplog.text:
+        assert not damaged.step(client)
+    assert list((tmp_path / "there" / "assets").iterdir()) == []
+    client.delete(asset_key(exported.name))
+    client.close()
+
+
+def test_a_worker_that_hangs_is_told_and_does_nothing_later(fleet: Fleet) -> None:
+    one, two = fleet.servers
+    put_state(one, "free")
+    pid = one.worker()["pid"]
+    os.kill(pid, signal.SIGSTOP)
+    begin_s = time.monotonic()
+    answer = put_state(two, "assembled")
+    duration_s = time.monotonic() - begin_s
+    os.kill(pid, signal.SIGCONT)
+    assert_problem(answer, 503, STATE)
+    assert answer.headers["retry-after"] == "1"
+    assert duration_s < 5
+    seq = one.get("/v1/poses").json()["seq"]
+    wait_for(lambda: one.get("/v1/poses").json()["seq"] > seq + 20, 15)
+    assert state_of(one) == "free"
+
+
+LAST_KNOWN = (
+    "/v1/poses",
+    IN_ANCHOR,
+    "/v1/assembly",
+    "/v1/steps",
+    "/v1/stations",
+    "/v1/anchors",
+    ANCHOR,
+    "/v1/assets",
+    ASSET,
+    f"{ASSET}/parts/jaw.glb",
+    "/healthz",
+    "/metrics",
+)
+
+
+def test_ten_seconds_without_redis_cost_nothing(fleet: Fleet) -> None:
+    put_anchor(fleet.servers[0])
+    before = [server.get(ANCHOR).json() for server in fleet.servers]
+    pid = fleet.servers[0].worker()["pid"]
+    fleet.redis.stop()
+    end_s = time.monotonic() + 10
+    refused: set[tuple[int, str, str]] = set()
+    while time.monotonic() < end_s:
+        for server in fleet.servers:
+            for path in LAST_KNOWN:
+                assert server.get(path).status_code == 200, path
+            for answer in (put_state(server, "assembled"), put_anchor(server)):
+                kind = answer.json()["type"].rpartition(":")[2]
+                refused.add((answer.status_code, answer.headers["retry-after"], kind))
+    assert refused == {(503, "1", "worker-unavailable"), (503, "1", "store-unavailable")}
+    for server in fleet.servers:
+        assert server.get("/v1/poses").json()["stale"]
+        assert server.get("/readyz").status_code == 503
+        assert "does not answer" in put_state(server, "assembled").json()["detail"]
+    fleet.redis.start()  # and it has lost everything
+    for server in fleet.servers:
+        wait_for(lambda server=server: is_fresh(server), 15)
+        wait_for(lambda server=server: server.get("/readyz").status_code == 200)
+    assert fleet.servers[0].worker()["pid"] == pid
+    assert state_of(fleet.servers[0]) != "assembled"
+    for server, known in zip(fleet.servers, before, strict=True):
+        assert server.get(ANCHOR).json()["samples"] == known["samples"]
+    assert put_anchor(fleet.servers[1]).json()["samples"] == before[0]["samples"] + 1
+    wait_for(lambda: fleet.servers[0].get(ANCHOR).json()["samples"] == before[0]["samples"] + 1, 3)
+    assert put_state(fleet.servers[1], "jaw-mounted").status_code == 200
+    client = connect(fleet.redis.url)
+    wait_for(lambda: any(b":asset:" in key for key in client.keys("snapfit:*")), 10)
+    client.close()
+
+
+def test_a_machine_that_dies_is_told_as_gone(fleet: Fleet) -> None:
+    """The last test: afterwards the fleet has no worker."""
+    one, _ = fleet.servers
+    worker = one.worker()["pid"]
+    fleet.machine.end(signal.SIGKILL)
+    wait_for(lambda: one.get("/v1/poses").json()["stale"], 10)
+    wait_for(lambda: "no worker has the lease" in one.worker()["message"], 10)
+    answer = put_state(one, "assembled")
+    assert_problem(answer, 503, STATE)
+    assert "no worker has the lease" in answer.json()["detail"]
+    assert put_anchor(one).status_code == 200
+    assert one.get(f"{ASSET}/parts/jaw.glb").status_code == 200
+    wait_for(lambda: not is_alive(worker), 10)
+    for server in fleet.servers:
+        _, _, err = server.end()
+        assert "Traceback" not in err
+        assert err.count("trying again") == 1
