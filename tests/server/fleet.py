@@ -8,7 +8,8 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -101,3 +102,31 @@ def replica(url: str, cache: Path | None = None) -> Iterator[Server]:
         yield server
     finally:
         server.end()
+
+
+@dataclass
+class Fleet:
+    """A worker's machine, whose camera sees a marker, and two replicas; each has its own cache."""
+
+    redis: Redis
+    machine: WorkerMachine
+    servers: tuple[Server, Server]
+    folder: Path
+
+
+@contextmanager
+def a_fleet(folder: Path) -> Iterator[Fleet]:
+    own = {"SCRIPTED_FAULT": "marker", CACHE_VARIABLE: str(folder / "worker")}
+    with ExitStack() as open_now:
+        redis = open_now.enter_context(redis_server())
+        machine = open_now.enter_context(working(folder, redis.url, **own))
+        one = open_now.enter_context(replica(redis.url, folder / "one"))
+        two = open_now.enter_context(replica(redis.url, folder / "two"))
+        for server in (one, two):
+            wait_for(lambda server=server: is_fresh(server))
+        yield Fleet(redis, machine, (one, two), folder)
+
+
+def is_fresh(server: Server) -> bool:
+    answer = server.get("/v1/poses")
+    return answer.status_code == 200 and not answer.json()["stale"]

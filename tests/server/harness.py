@@ -29,7 +29,7 @@ def free_port() -> int:
         return port
 
 
-def wait_for(condition: Callable[[], Any], limit_s: float = 10.0) -> Any:
+def wait_for(condition: Callable[[], Any], limit_s: float = 30.0) -> Any:
     """The first true value of the condition."""
     give_up_at_s = time.monotonic() + limit_s
     while time.monotonic() < give_up_at_s:

@@ -13,6 +13,7 @@ import pytest
 from fleet import (
     Redis,
     WorkerMachine,
+    is_fresh,
     needs_redis,
     redis_server,
     replica,
@@ -30,11 +31,6 @@ pytestmark = needs_redis
 def redis() -> Iterator[Redis]:
     with redis_server() as it:
         yield it
-
-
-def is_fresh(server: Server) -> bool:
-    answer = server.get("/v1/poses")
-    return answer.status_code == 200 and not answer.json()["stale"]
 
 
 def info(server: Server) -> dict[str, Any]:

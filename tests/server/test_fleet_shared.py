@@ -4,31 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 from event_client import EventClient
-from fleet import Redis, WorkerMachine, needs_redis, redis_server, replica, working
+from fleet import Fleet, a_fleet, is_fresh, needs_redis, replica
 from harness import Server, is_alive, wait_for
 from scripted_pipeline import CAMERA_FROM_MARKER
 from test_anchors import WORLD_FROM_CAMERA, request
 from test_api import assert_problem
 
-from snapfit.models.cache import CACHE_VARIABLE
 from snapfit.models.pose import Pose
 from snapfit.server.conventions import Convention
-from snapfit.server.fleet.asset_download import AssetDownload
-from snapfit.server.fleet.asset_files import LARGEST_FILE_BYTES, PIECE_BYTES, asset_key
-from snapfit.server.fleet.asset_upload import AssetUpload
 from snapfit.server.fleet.link import connect
 
 pytestmark = needs_redis
@@ -40,34 +32,13 @@ IN_ANCHOR = "/v1/poses?frame=anchor:headset"
 HERE = request(Convention.OPENXR, WORLD_FROM_CAMERA @ CAMERA_FROM_MARKER)
 
 
-@dataclass
-class Fleet:
-    """A worker's machine, whose camera sees a marker, and two replicas."""
-
-    redis: Redis
-    machine: WorkerMachine
-    servers: tuple[Server, Server]
-    folder: Path
-
-
 @pytest.fixture(scope="module")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fleet]:
-    folder = tmp_path_factory.mktemp("fleet")
-    own = {"SCRIPTED_FAULT": "marker", CACHE_VARIABLE: str(folder / "worker")}
-    with ExitStack() as open_now:
-        redis = open_now.enter_context(redis_server())
-        machine = open_now.enter_context(working(folder, redis.url, **own))
-        one = open_now.enter_context(replica(redis.url, folder / "one"))
-        two = open_now.enter_context(replica(redis.url, folder / "two"))
-        for server in (one, two):
-            wait_for(lambda server=server: is_fresh(server), 30)
-            wait_for(lambda server=server: server.get(ASSET).status_code == 200, 10)
-        yield Fleet(redis, machine, (one, two), folder)
-
-
-def is_fresh(server: Server) -> bool:
-    answer = server.get("/v1/poses")
-    return answer.status_code == 200 and not answer.json()["stale"]
+    """For all tests here, in their order: the last ones do it harm."""
+    with a_fleet(tmp_path_factory.mktemp("fleet")) as it:
+        for server in it.servers:
+            wait_for(lambda server=server: server.get(ASSET).status_code == 200)
+        yield it
 
 
 def put_state(server: Server, state: str) -> httpx.Response:
@@ -216,51 +187,6 @@ def test_a_replica_that_starts_later_knows_what_the_others_know(fleet: Fleet) ->
         assert others["aligned"] is True
         code, _, err = third.end()
     assert (code, err) == (0, "")
-
-
-def test_films_travel_in_pieces_and_what_is_too_large_is_told(
-    fleet: Fleet,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "there"))
-    exported = tmp_path / "here" / "clamp-0123456789abcdef"
-    film = bytes(range(256)) * 4000
-    for name, content in (
-        ("asset.json", b"{}"),
-        ("media/film%20.mp4", film),
-        ("media/empty.txt", b""),
-        ("media/large.mp4", bytes(LARGEST_FILE_BYTES + 1)),
-    ):
-        (exported / name).parent.mkdir(parents=True, exist_ok=True)
-        (exported / name).write_bytes(content)
-    upload, download = AssetUpload(), AssetDownload()
-    client = connect(fleet.redis.url)
-    upload.serve(str(exported))
-    download.serve(str(exported))
-    assert not download.step(client)  # not handed over yet
-    for _ in range(len(film) // PIECE_BYTES + 4):
-        upload.step(client)
-    assert "large.mp4: is larger than 32 MiB" in caplog.text
-    wait_for(lambda: download.step(client))
-    there = download.folder
-    assert there == tmp_path / "there" / "assets" / exported.name
-    assert (there / "media" / "film%20.mp4").read_bytes() == film
-    assert (there / "media" / "empty.txt").read_bytes() == b""
-    assert not (there / "media" / "large.mp4").exists()
-    again = AssetDownload()
-    again.serve(str(exported))
-    assert again.step(client)  # it is in the cache
-    shutil.rmtree(there)
-    client.hset(asset_key(exported.name), "media/film%20.mp4\n1", b"another")
-    damaged = AssetDownload()
-    damaged.serve(str(exported))
-    while "is not the file that was handed over" not in caplog.text:
-        assert not damaged.step(client)
-    assert list((tmp_path / "there" / "assets").iterdir()) == []
-    client.delete(asset_key(exported.name))
-    client.close()
 
 
 def test_a_worker_that_hangs_is_told_and_does_nothing_later(fleet: Fleet) -> None:
