@@ -16,16 +16,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from snapfit.models.charuco_page import draw_charuco
 from snapfit.models.errors import CalibrationError
+from snapfit.models.pdf_page import PdfPage
 
 # A marker has seven cells (five bits and its border) on three quarters of a square: so a square of
 # 56 pixels has whole pixels for all of them.
 _SQUARE_PX = 56
 _MARKER_SHARE = 0.75
-_POINTS_PER_MM = 72 / 25.4
 _PNG_PX_PER_MM = 12
 _PNG_HEAD_BYTES = 33
 _MARGIN_MM = 12.0
+_TEXT_MM = 2.8
 _LEAST_SQUARES, _MOST_SQUARES = 3, 20
 
 
@@ -108,41 +110,10 @@ def _png(board: CharucoBoard) -> bytes:
 
 
 def _pdf(board: CharucoBoard) -> bytes:
-    """A page as large as board and margin, with a line of text; no printer blurs its edges."""
+    """A page as large as board and margin, with a line of text."""
     width_mm, height_mm = board.columns * board.square_mm, board.rows * board.square_mm
-    page = [(side + 2 * _MARGIN_MM) * _POINTS_PER_MM for side in (width_mm, height_mm)]
-    drawn = board.image()
+    page = PdfPage(width_mm + 2 * _MARGIN_MM, height_mm + 2 * _MARGIN_MM)
+    draw_charuco(page, board.opencv, _MARGIN_MM, _MARGIN_MM)
     told = f"snapfit: {board}. Print at 100 %, measure a square, keep it flat."
-    margin = _MARGIN_MM * _POINTS_PER_MM
-    width, height = width_mm * _POINTS_PER_MM, height_mm * _POINTS_PER_MM
-    content = (
-        f"q {width:.4f} 0 0 {height:.4f} {margin:.4f} {margin:.4f} cm /Board Do Q "
-        f"BT /F 8 Tf {margin:.4f} {margin / 3:.4f} Td ({told}) Tj ET"
-    ).encode()
-    bits = zlib.compress(np.packbits(drawn > 127, axis=1).tobytes())
-    image = (
-        f"<< /Type /XObject /Subtype /Image /Width {drawn.shape[1]} /Height {drawn.shape[0]} "
-        f"/ColorSpace /DeviceGray /BitsPerComponent 1 /Filter /FlateDecode /Length {len(bits)} >>"
-    ).encode()
-    box = f"[0 0 {page[0]:.4f} {page[1]:.4f}]"
-    objects = [
-        b"<< /Type /Catalog /Pages 2 0 R >>",
-        b"<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-        f"<< /Type /Page /Parent 2 0 R /MediaBox {box} /Contents 4 0 R /Resources "
-        "<< /XObject << /Board 5 0 R >> /Font << /F 6 0 R >> >> >>".encode(),
-        f"<< /Length {len(content)} >>\nstream\n".encode() + content + b"\nendstream",
-        image + b"\nstream\n" + bits + b"\nendstream",
-        b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>",
-    ]
-    return _pdf_file(objects)
-
-
-def _pdf_file(objects: list[bytes]) -> bytes:
-    data, places = b"%PDF-1.4\n", []
-    for number, content in enumerate(objects, start=1):
-        places.append(len(data))
-        data += f"{number} 0 obj\n".encode() + content + b"\nendobj\n"
-    table = "".join(f"{place:010d} 00000 n \n" for place in places)
-    head = f"xref\n0 {len(objects) + 1}\n0000000000 65535 f \n{table}"
-    tail = f"trailer << /Size {len(objects) + 1} /Root 1 0 R >>\nstartxref\n{len(data)}\n%%EOF\n"
-    return data + head.encode() + tail.encode()
+    page.text(_MARGIN_MM, height_mm + 1.6 * _MARGIN_MM, _TEXT_MM, told)
+    return page.to_bytes()

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from snapfit.models.camera import PinholeCamera
 from snapfit.models.pose import Pose
 from snapfit.server.boards import ArucoMarker, Board, CharucoBoard, MarkerDictionary, QrCode
+from snapfit.server.qr_corners import qr_corners
 
 _FEWEST_CORNERS = 6
 _AMBIGUOUS_RATIO = 1.5
@@ -92,11 +93,16 @@ class MarkerDetector:
     def _qr_corners(
         self, gray: npt.NDArray[np.uint8], code: QrCode
     ) -> tuple[Points, Points] | None:
-        found, texts, quads, _ = self._qr_detector.detectAndDecodeMulti(gray)
+        found, texts, quads, codes = self._qr_detector.detectAndDecodeMulti(gray)
         places = [i for i, text in enumerate(texts) if text == code.text] if found else []
         if len(places) != 1:
             return None
-        return _square(code.size_m), np.asarray(quads[places[0]], np.float64).reshape(4, 2)
+        quad = np.asarray(quads[places[0]], np.float64).reshape(4, 2)
+        inner = qr_corners(gray, np.asarray(codes[places[0]]), quad)
+        if inner is None:  # far away: the four outer ones, which are coarse
+            return _square(code.size_m), quad
+        plane = (inner.places - 0.5) * code.size_m
+        return np.column_stack([plane, np.zeros(len(plane))]), inner.pixels
 
     def _pose(self, points: Points, seen: Points) -> MarkerPose | None:
         """From a plane's points (N, 3), metres, and where they are seen (N, 2), px (IPPE)."""

@@ -17,12 +17,7 @@ from snapfit.server.picture_desk import PictureDesk
 from snapfit.server.picture_message import PictureMessage
 from snapfit.server.pose_store import Picture, PoseStore
 from snapfit.server.problems import ProblemError
-from snapfit.server.schemas import (
-    StationFacts,
-    StationInfo,
-    WorkerHealth,
-    WorkerReport,
-)
+from snapfit.server.schemas import StationFacts, StationInfo, WorkerHealth, WorkerReport
 from snapfit.server.settings import StationSettings
 from snapfit.server.station_news import StationNews
 from snapfit.server.station_spec import station_spec

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import cast
 
 import redis
 
@@ -59,12 +60,13 @@ class OrderSender:
         if not self._is_due and not (wants and now_s - self._sent_at_s >= _AGAIN_S):
             return
         if self._ahead_s is None:
-            seconds, microseconds = client.time()
+            seconds, microseconds = cast("tuple[int, int]", client.time())
             self._ahead_s = seconds + microseconds / 1e6 - time.monotonic()
         until_us = round(1e6 * (now_s + self._ahead_s + _VALID_S))
         orders = self._orders.model_copy(update={"commands": self._commands(now_s)})
         told = tell(ORDERS, orders.model_dump_json().encode())
-        if client.eval(_TELL_IN_TIME, 1, self._keys.to_worker, str(until_us), told) == -1:
+        heard: object = client.eval(_TELL_IN_TIME, 1, self._keys.to_worker, str(until_us), told)
+        if heard == -1:
             self._ahead_s = None  # its clock was set, or it took too long: once more
             return
         self._is_due, self._sent_at_s = False, now_s

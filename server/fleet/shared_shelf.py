@@ -97,12 +97,11 @@ class SharedShelf:
 
     def catch_up(self, client: redis.Redis) -> None:
         """Take all from Redis; one that has lost everything gets back what is known here."""
-        held = client.hgetall(self._keys.anchors)
-        if _COUNT not in held and self.records:
+        count, records = _held(client.hgetall(self._keys.anchors))
+        if count == 0 and self.records:
             self._change(client, lambda others: others or self.records)
-            held = client.hgetall(self._keys.anchors)
-        self._count = int(held.pop(_COUNT, b"0"))
-        self.records = _records_of(held)
+            count, records = _held(client.hgetall(self._keys.anchors))
+        self._count, self.records = count, records
         # Of boards that Redis has lost the worker's machine will tell.
         self.views = {**self.views, **views_of(client.hgetall(self._keys.views))}
 
@@ -126,14 +125,12 @@ class SharedShelf:
         for _ in range(_TRIES):
             with client.pipeline() as pipeline:
                 try:
-                    pipeline.watch(self._keys.anchors)
-                    held = pipeline.hgetall(self._keys.anchors)
-                    count = int(held.pop(_COUNT, b"0")) + 1
-                    before = _records_of(held)
-                    told = _difference(count, before, change(before))
+                    pipeline.watch(self._keys.anchors)  # type: ignore[no-untyped-call]
+                    count, before = _held(pipeline.hgetall(self._keys.anchors))
+                    told = _difference(count + 1, before, change(before))
                     pipeline.multi()
                     values = {it.anchor: it.model_dump_json().encode() for it in told.put}
-                    pipeline.hset(self._keys.anchors, mapping={**values, "#": count})
+                    pipeline.hset(self._keys.anchors, mapping={**values, "#": told.count})
                     if told.gone:
                         pipeline.hdel(self._keys.anchors, *told.gone)
                     pipeline.expire(self._keys.anchors, KEPT_S)
@@ -142,7 +139,7 @@ class SharedShelf:
                     pipeline.execute()
                 except redis.WatchError:  # another replica was faster
                     continue
-                return count
+                return told.count
         raise redis.RedisError(f"no change of {self._keys.anchors} after {_TRIES} tries")
 
     def _unavailable(self, why: str) -> ProblemError:
@@ -160,11 +157,13 @@ def _difference(count: int, before: Records, after: Records) -> AnchorsChange:
     return AnchorsChange(count=count, put=put, gone=gone)
 
 
-def _records_of(held: dict[bytes, bytes]) -> Records:
-    """What Redis holds, by name; what another version of snapfit wrote is left out."""
+def _held(fields: object) -> tuple[int, Records]:
+    """How often the hash was changed, and what it holds; what another version wrote is left out."""
+    held = dict(fields) if isinstance(fields, dict) else {}
+    count = int(held.pop(_COUNT, b"0"))
     records = {}
     for value in held.values():
         with contextlib.suppress(ValidationError):
             record = AnchorRecord.model_validate_json(value)
             records[record.anchor] = record
-    return records
+    return count, records

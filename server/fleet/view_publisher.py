@@ -74,10 +74,10 @@ class ViewPublisher:
         pipeline.execute()
 
 
-def views_of(held: dict[bytes, bytes]) -> dict[Board, ViewRecord]:
-    """What Redis holds, by board; what another version of snapfit wrote is left out."""
-    records = {}
-    for value in held.values():
+def views_of(held: object) -> dict[Board, ViewRecord]:
+    """What the hash in Redis holds, by board; what another version of snapfit wrote is left out."""
+    records: dict[Board, ViewRecord] = {}
+    for value in held.values() if isinstance(held, dict) else ():
         with contextlib.suppress(ValidationError):
             record = ViewRecord.model_validate_json(value)
             records[record.board] = record

@@ -15,6 +15,7 @@ from snapfit.server.marker_detection import opencv_board, opencv_dictionary
 
 _SCALE = 4  # drawn larger and averaged, as a sensor's pixels do
 _MARGIN = 0.1
+_MODULE_PX = 28  # whole pixels, so that each of its corners is where it should be
 
 
 def picture(board: Board) -> tuple[npt.NDArray[np.uint8], float, float]:
@@ -31,8 +32,8 @@ def picture(board: Board) -> tuple[npt.NDArray[np.uint8], float, float]:
     code = np.asarray(encoder.encode(board.text))
     dark = np.argwhere(code < 128)
     (top, left), (bottom, right) = dark.min(axis=0), dark.max(axis=0) + 1
-    image = cv2.resize(code[top:bottom, left:right], (600, 600), interpolation=cv2.INTER_NEAREST)
-    return np.asarray(image), board.size_m, board.size_m
+    image = code[top:bottom, left:right].repeat(_MODULE_PX, axis=0).repeat(_MODULE_PX, axis=1)
+    return image, board.size_m, board.size_m
 
 
 def draw_board(
