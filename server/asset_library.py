@@ -105,7 +105,8 @@ def _gone(asset: str) -> ProblemError:
     return ProblemError(
         HTTPStatus.SERVICE_UNAVAILABLE,
         "asset-gone",
-        f"The files of asset {asset} were deleted from the cache: start the server again.",
+        f"A file of asset {asset} is not here. It was deleted from the cache: start the server "
+        "again; or it is too large for the store between machines, as the worker's log tells.",
     )
 
 

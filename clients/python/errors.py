@@ -241,8 +241,20 @@ class WorkerUnavailableError(NotReadyError):
     kind_of_class = "worker-unavailable"
 
 
+class StoreUnavailableError(NotReadyError):
+    """The store that several machines share does not answer; the anchor was not changed."""
+
+    kind_of_class = "store-unavailable"
+
+
+class NoAssetYetError(NotReadyError):
+    """The station's worker has not handed its asset over yet."""
+
+    kind_of_class = "no-asset-yet"
+
+
 class AssetGoneError(NotReadyError):
-    """The asset's files were deleted from the server's cache: start the server again."""
+    """The asset's files are not in the server's cache; the message says what to do."""
 
     kind_of_class = "asset-gone"
 
