@@ -20,6 +20,7 @@ HERE = Path(__file__).parent
 SHARED_MEMORY = Path("/dev/shm")
 # A machine in use takes seconds to end each worker.
 END_S = 60
+START_LIMIT_S = 60.0  # a second, but for machines that have other things to do
 
 
 def free_port() -> int:
@@ -89,8 +90,8 @@ class Server:
             return False
 
     def wait_ready(self) -> Server:
-        wait_for(self.answers)
-        wait_for(lambda: self.get("/readyz").status_code == 200)
+        wait_for(self.answers, START_LIMIT_S)
+        wait_for(lambda: self.get("/readyz").status_code == 200, START_LIMIT_S)
         return self
 
     def worker(self) -> dict[str, Any]:
@@ -102,7 +103,12 @@ class Server:
         self.client.close()
         if self.process.poll() is None:
             self.process.send_signal(number)
-        out, err = self.process.communicate(timeout=END_S)
+        try:
+            out, err = self.process.communicate(timeout=END_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.communicate()
+            raise
         return self.process.returncode, out, err
 
 
