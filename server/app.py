@@ -24,6 +24,7 @@ from snapfit.server.problems import install_problem_handlers
 from snapfit.server.request_clock import RequestClock
 from snapfit.server.routes import (
     anchors,
+    arlem,
     assembly,
     assets,
     commands,
@@ -83,7 +84,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     app.state.stations = all_stations
     app.state.metrics = Metrics(all_stations)
     install_problem_handlers(app)
-    for router in (stations.router, assets.router, session.router):
+    for router in (stations.router, assets.router, arlem.router, session.router):
         app.include_router(router, prefix="/v1")
     # Of one station: at /v1/stations/NAME/..., and short where there is only one.
     for router in (

@@ -39,7 +39,7 @@ def export_asset(asset: Asset) -> Path:
     Raises:
         OSError: the cache cannot be written.
     """
-    meshes = {part.name: glb(part.name, part.mesh, part.color_rgb) for part in asset.parts}
+    meshes = _meshes(asset)
     info = _info(asset, meshes)
     media = {name: (asset.directory / name).read_bytes() for name in _local_media(asset)}
     text = info.model_dump_json(indent=1).encode()
@@ -61,6 +61,15 @@ def export_asset(asset: Asset) -> Path:
         if not (folder / INFO_NAME).is_file():  # another worker was first
             raise
     return folder
+
+
+def asset_info(asset: Asset) -> AssetInfo:
+    """What the API says of an asset, in OpenCV's axes."""
+    return _info(asset, _meshes(asset))
+
+
+def _meshes(asset: Asset) -> dict[str, bytes]:
+    return {part.name: glb(part.name, part.mesh, part.color_rgb) for part in asset.parts}
 
 
 def _write(path: Path, content: bytes) -> None:

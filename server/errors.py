@@ -40,6 +40,24 @@ class BoardError(SnapfitError):
     """A board that cannot be, or does not fit the paper."""
 
 
+class NoStepsError(SnapfitError):
+    """An asset without steps, where there have to be some."""
+
+    def __init__(self, asset: str) -> None:
+        super().__init__(
+            f"asset {asset} has no steps, so there is no activity: give its asset.toml states "
+            "and steps"
+        )
+
+
+class ExportError(SnapfitError):
+    """A file that cannot be written; names it."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(f"{path}: {problem}")
+        self.path = path
+
+
 class WorkerRefusedError(SnapfitError):
     """A worker that could not start because of a file or a setting, in the worker's words."""
 

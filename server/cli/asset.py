@@ -1,4 +1,7 @@
-"""`snapfit asset check`: is a bundle fit to be tracked, what is in it, what does it look like?"""
+"""`snapfit asset check`: is a bundle fit to be tracked, what is in it, what does it look like?
+
+`snapfit asset arlem`: its steps for players of the standard ARLEM.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +20,6 @@ if TYPE_CHECKING:
 GRAPH_NAME, EXPLODED_NAME = "graph.mmd", "exploded.png"
 
 asset_app = typer.Typer(no_args_is_help=True, help="Assets: parts, assembly graph, steps.")
-
-
-@asset_app.callback()
-def _asset() -> None:
-    """Keep `check` a command of its own though it is the only one."""
 
 
 @asset_app.command()
@@ -52,6 +50,33 @@ def check(
         with clear_errors(exit_code=1):
             draw(asset, out)
         console.print(f"drawn: {out / GRAPH_NAME}, {out / EXPLODED_NAME}", soft_wrap=True)
+
+
+@asset_app.command()
+def arlem(
+    directory: Annotated[
+        Path, typer.Argument(help="Folder with asset.toml, or the name of a bundled asset.")
+    ],
+    out: Annotated[
+        Path, typer.Option(help="Folder for ASSET-workplace.json and ASSET-activity.json.")
+    ],
+    server: Annotated[
+        str, typer.Option(help="The snapfit that serves meshes and assembly, as players reach it.")
+    ] = "http://127.0.0.1:8000",
+    station: Annotated[
+        str | None, typer.Option(help="Whose assembly is followed, where a server has several.")
+    ] = None,
+    language: Annotated[str, typer.Option(help="Language of the texts, ISO 639-1.")] = "en",
+) -> None:
+    """Write the steps as ARLEM (IEEE 1589-2020): a workplace and an activity model."""
+    with clear_errors(exit_code=1):
+        from snapfit.models.asset import find_asset
+        from snapfit.server.arlem.files import write_arlem
+        from snapfit.server.asset_export import asset_info
+
+        written = write_arlem(asset_info(find_asset(directory)), out, server, station, language)
+    for path in written:
+        typer.echo(f"written: {path}")
 
 
 def draw(asset: Asset, folder: Path) -> None:

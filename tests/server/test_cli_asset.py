@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import cv2
@@ -157,3 +158,53 @@ def test_a_folder_that_cannot_be_written_is_told(
     (line,) = result.stderr.splitlines()
     assert line.startswith(f"error: {tmp_path / blocked}: ")
     assert "choose another --out" in line
+
+
+def test_steps_are_written_as_arlem(bundle: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "arlem"
+    wanted = ["--out", str(out), "--server", "https://bench:8443/", "--station", "bench-2"]
+    result = runner.invoke(app, ["asset", "arlem", str(bundle), *wanted, "--language", "de"])
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in out.iterdir()} == {"pair-activity.json", "pair-workplace.json"}
+    activity, workplace = (
+        json.loads((out / f"pair-{name}.json").read_text()) for name in ("activity", "workplace")
+    )
+    assert (activity["id"], activity["workplace"]) == ("pair-activity.json", workplace["id"])
+    assert activity["language"] == "de"
+    assert [action["id"] for action in activity["actions"]] == [activity["start"]] == ["stack"]
+    (sensor,) = workplace["sensors"]
+    assert sensor["url"] == "https://bench:8443/v1/stations/bench-2/assembly"
+    urls = [each["url"] for each in workplace["detectables"][1:]]
+    assert urls == [
+        f"https://bench:8443/v1/assets/pair/parts/{it}.glb" for it in ("lower", "upper")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "problem"),
+    [
+        (["--server", "bench:8000"], "--server bench:8000: give an address such as http://"),
+        (["--language", "German"], "--language German: give two letters"),
+        (["--out", "{blocked}"], "cannot be written (Not a directory): choose another --out"),
+    ],
+)
+def test_what_arlem_cannot_be_written_with_is_told(
+    bundle: Path, tmp_path: Path, wanted: list[str], problem: str
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    wanted = [each.replace("{blocked}", str(tmp_path / "file" / "out")) for each in wanted]
+    arguments = ["asset", "arlem", str(bundle), "--out", str(tmp_path / "out"), *wanted]
+    result = runner.invoke(app, arguments)
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("error: ")
+    assert problem in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_asset_without_steps_has_no_arlem(bundle: Path, tmp_path: Path) -> None:
+    manifest = MANIFEST.partition("[[state]]")[0]
+    (bundle / "asset.toml").write_text(manifest)
+    result = runner.invoke(app, ["asset", "arlem", str(bundle), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 1
+    assert "asset pair has no steps" in result.stderr
