@@ -8,6 +8,8 @@ and what else is to happen:
     finds (a detector: all parts are found a third of a second after they are looked for)
     frame-by-frame (a tracker that keeps nothing)
     marker (an ArUco marker is seen)
+    camera (a live camera, see scripted_camera)
+Where the station shall record, it does; with `loose`, because its asset lies in no folder.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from drawn_boards import draw_board
 from scripted_assembly import STATES, STEPS, ScriptedJudge
+from scripted_camera import open_camera
 from wall_clock import step_back
 
 from snapfit.models.asset import Asset, Part
@@ -33,6 +36,7 @@ from snapfit.tracking.errors import FrameError, SourceError
 from snapfit.tracking.finding.account import FindingAccount, LookAccount
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+from snapfit.tracking.sources.base import Source
 
 FRAME_RATE_HZ = 30.0
 PART_NAMES = ("base", "jaw", "bolt", "knob", "pin", "pad", "rail", "cap")
@@ -54,6 +58,14 @@ def _triangle() -> Mesh:
     return Mesh(vertices, np.array([[0, 1, 2]], dtype=np.int32))
 
 
+def scripted_parts() -> tuple[Part, ...]:
+    return tuple(Part(name, _triangle(), class_id=CLASS_IDS[name]) for name in PART_NAMES)
+
+
+def scripted_asset(parts: tuple[Part, ...]) -> Asset:
+    return Asset("scripted-asset", "Scripted", "Apache-2.0", Path(), parts, STATES, STEPS)
+
+
 class ScriptedSource:
     """Grey frames with their number; bad ones where asked for."""
 
@@ -62,9 +74,8 @@ class ScriptedSource:
     frame_rate_hz = FRAME_RATE_HZ
 
     def __init__(self, fault: str) -> None:
-        self.parts = tuple(Part(name, _triangle(), class_id=CLASS_IDS[name]) for name in PART_NAMES)
-        asset = Asset("scripted-asset", "Scripted", "Apache-2.0", Path(), self.parts, STATES, STEPS)
-        self.asset = None if fault == "loose" else asset
+        self.parts = scripted_parts()
+        self.asset = None if fault == "loose" else scripted_asset(self.parts)
         self.initial_poses: Mapping[str, Pose] = {name: Pose.identity() for name in PART_NAMES}
         self._fault = fault
         self._number = 0
@@ -95,7 +106,7 @@ class ScriptedTracker:
 
     def __init__(self, fault: str) -> None:
         self._fault = fault
-        self._start_ns = 0
+        self._start_ns: int | None = None
         self._searched = dict.fromkeys(PART_NAMES, FRAMES_TO_FIND) if fault == "finds" else {}
         self._judge = ScriptedJudge(FRAMES_A_STATE if fault == "assembles" else 0)
 
@@ -104,6 +115,8 @@ class ScriptedTracker:
         self._start_ns = frame.captured_at_ns
 
     def track(self, frame: Frame) -> TrackingResult:
+        if self._start_ns is None:
+            self._start_ns = frame.captured_at_ns
         elapsed_s = (frame.captured_at_ns - self._start_ns) / 1e9
         estimates = tuple(
             self._estimate(name, place, elapsed_s) for place, name in enumerate(PART_NAMES)
@@ -159,8 +172,15 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
         return drawn
 
     tracker = ScriptedTracker(fault)
-    finding = ScriptedFinding() if fault == "finds" else None
+    # A camera knows no first poses.
+    finding = ScriptedFinding() if fault in ("finds", "camera") else None
     controls = None if fault == "frame-by-frame" else tracker
-    return Pipeline(
-        ScriptedSource(fault), tracker, draw, spec.method, finding=finding, controls=controls
-    )
+    source: Source = ScriptedSource(fault)
+    if fault == "camera":
+        source = open_camera(scripted_asset(scripted_parts()))
+    pipeline = Pipeline(source, tracker, draw, spec.method, finding=finding, controls=controls)
+    if spec.record is None:
+        return pipeline
+    from snapfit.server.record_station import with_recording  # loads Numba
+
+    return with_recording(pipeline, spec, None, report)

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import socket
 import threading
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
+from event_client import EventClient
 from harness import Server, running, wait_for
 from serve_scripted import STEP_AFTER_S
 from wall_clock import BACK_S
+
+from snapfit.tracking.recording.reading import OpenRecording
 
 KILLS = 10
 LIMIT_S = 60
@@ -94,11 +98,49 @@ def test_a_wall_clock_that_is_set_back_changes_nothing() -> None:
             time.sleep(0.01)
         velocity = last["parts"][1]["linear_velocity"][0]
         assert abs(velocity - 0.1) < 0.01
+        # A worker that is started only now knows the time from its server.
+        with closing(EventClient(server)) as client:
+            os.kill(server.worker()["pid"], signal.SIGKILL)
+            client.wait_for("recovered", 30)
+        after = server.get("/v1/poses").json()
+        assert after["boot_id"] != last["boot_id"]
+        assert after["captured_at_us"] > last["captured_at_us"]
+        told = [event.data["at_us"] for event in client.events]
+        times = [now_us, *told, server.get("/v1/time").json()["sent_at_us"]]
+        assert times == sorted(times)
         # Proof that it was set back: the header Date is of the wall clock.
         date = httpx.Headers(server.get("/healthz").headers)["date"]
         told_s = time.mktime(time.strptime(date, "%a, %d %b %Y %H:%M:%S GMT")) - time.timezone
         assert abs(time.time() - BACK_S - told_s) < 60
-        assert server.worker()["restarts"] == 0
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_tracking(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SNAPFIT_STATION__RECORD", str(tmp_path))
+    with running("loose") as server:
+        server.wait_ready()
+        wait_for(lambda: (it := server.worker()["recording"]) and it["frames"] > 30, 30)
+        (path,) = tmp_path.glob("*.mcap")
+        # As if the disk were full: the file of this process can grow no more.
+        size = path.stat().st_size
+        resource.prlimit(server.worker()["pid"], resource.RLIMIT_FSIZE, (size, size))
+        recording = wait_for(lambda: (it := server.worker()["recording"])["problem"] and it)
+        assert recording["problem"] == f"stopped after {recording['frames']} frames: File too large"
+        before = server.get("/v1/poses").json()
+        wait_for(lambda: server.get("/v1/poses").json()["seq"] > before["seq"] + 30)
+        assert not server.get("/v1/poses").json()["stale"]
+        assert server.get("/readyz").status_code == 200
+        worker = server.worker()
+        assert (worker["restarts"], worker["recording"]) == (0, recording)
+        code, _, err = server.end()
+    assert code == 0
+    assert err.count("tracking goes on") == 1
+    assert "Traceback" not in err
+    with closing(OpenRecording(path)) as opened:
+        assert len(opened.results) == recording["frames"]
+        for each in opened.results:
+            assert opened.frame(each).color.shape == (180, 320, 3)
 
 
 def resident_mb(pid: int) -> float:
