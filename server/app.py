@@ -78,6 +78,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         description=_DESCRIPTION,
         version=version("snapfit"),
         lifespan=lifespan,
+        redirect_slashes=False,  # a path that is not documented is 404, not an answer of its own
         docs_url=None,  # FastAPI's page is fetched from the internet; ours is among the files
         redoc_url=None,
     )

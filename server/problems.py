@@ -76,7 +76,7 @@ def problem_response(path: str, error: ProblemError) -> Response:
 async def _on_problem(request: Request, error: Exception) -> Response:
     if not isinstance(error, ProblemError):
         raise error
-    return problem_response(request.url.path, error)
+    return problem_response(request.scope["path"], error)
 
 
 async def _on_http_exception(request: Request, error: Exception) -> Response:
@@ -86,12 +86,14 @@ async def _on_http_exception(request: Request, error: Exception) -> Response:
     detail = str(error.detail)
     if status is HTTPStatus.NOT_FOUND:
         detail = "There is nothing at this path; /openapi.json tells all paths."
+        if request.scope["path"].endswith("/"):
+            detail += " None but / ends in a slash."
     headers = dict(error.headers or {})
     if status is HTTPStatus.METHOD_NOT_ALLOWED:
         detail = f"{request.method} is not possible here; the header Allow tells what is."
-        methods = request.app.state.allowed_methods.at(request.url.path)
+        methods = request.app.state.allowed_methods.at(request.scope["path"])
         headers = {"Allow": ", ".join(methods)} if methods else headers
-    return _response(request.url.path, status, detail, "about:blank", headers)
+    return _response(request.scope["path"], status, detail, "about:blank", headers)
 
 
 def invalid_request(details: Sequence[Any], origin: str = "") -> ProblemError:
@@ -112,13 +114,15 @@ def invalid_request(details: Sequence[Any], origin: str = "") -> ProblemError:
 async def _on_invalid_request(request: Request, error: Exception) -> Response:
     if not isinstance(error, RequestValidationError):
         raise error
-    return problem_response(request.url.path, invalid_request(error.errors()))
+    return problem_response(request.scope["path"], invalid_request(error.errors()))
 
 
 async def _on_bug(request: Request, error: Exception) -> Response:
-    _LOG.error("%s %s failed", request.method, request.url.path, exc_info=error)
+    _LOG.error("%s %s failed", request.method, request.scope["path"], exc_info=error)
     detail = "The server made a mistake; its log tells more."
-    return _response(request.url.path, HTTPStatus.INTERNAL_SERVER_ERROR, detail, "about:blank", {})
+    return _response(
+        request.scope["path"], HTTPStatus.INTERNAL_SERVER_ERROR, detail, "about:blank", {}
+    )
 
 
 def _response(

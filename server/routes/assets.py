@@ -5,10 +5,11 @@ from __future__ import annotations
 from http import HTTPStatus
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Response
+from fastapi import APIRouter, Depends, Path, Request, Response
 from fastapi.responses import FileResponse
 
 from snapfit.server.asset_library import ExportedAsset
+from snapfit.server.byte_range import leave_one_range
 from snapfit.server.problems import problem_responses
 from snapfit.server.routes.dependencies import AllStations, IfNoneMatch, PartName
 from snapfit.server.routes.pose_query import WantedConvention
@@ -31,7 +32,9 @@ _MEDIA: dict[int | str, dict[str, Any]] = {
         "description": "The file.",
         "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
     },
+    HTTPStatus.PARTIAL_CONTENT.value: {"description": "The bytes that the header Range asks for."},
     **_PROBLEMS,
+    **problem_responses(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE),
 }
 
 
@@ -75,6 +78,8 @@ async def get_mesh(
 
 
 @router.get("/{asset}/media/{name:path}", response_class=FileResponse, responses=_MEDIA)
-async def get_media(asset: NamedAsset, name: MediaName) -> FileResponse:
-    """A picture or film of a step."""
-    return FileResponse(asset.media(name), headers={"X-Content-Type-Options": "nosniff"})
+async def get_media(request: Request, asset: NamedAsset, name: MediaName) -> FileResponse:
+    """A picture or film of a step, or a range of its bytes."""
+    path = asset.media(name)
+    leave_one_range(request.scope, path.stat().st_size)
+    return FileResponse(path, headers={"X-Content-Type-Options": "nosniff"})

@@ -26,7 +26,7 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
         "events after Last-Event-ID are no longer kept. A comment every 10 s.",
         "content": {_EVENT_STREAM: {"schema": {"type": "string"}}},
     },
-    **problem_responses(HTTPStatus.NOT_FOUND),
+    **problem_responses(HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENTITY),
 }
 LastEventId = Annotated[
     str | None, Header(description="The id of the last event that the client has.", max_length=64)

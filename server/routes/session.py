@@ -47,9 +47,9 @@ async def post_session(request: Request, response: Response, wish: SessionWish) 
         return SessionInfo(role="operate", lasts_s=SESSION_S)
     record = await access.owner(access.ring, wish.key, Asking.of(request.scope).address)
     if record is None:
-        return refusal(request.url.path, wrong_key())
+        return refusal(request.scope["path"], wrong_key())
     token = access.ring.new_session(record)
-    secure = request.url.scheme == "https"
+    secure = request.scope["scheme"] == "https"
     response.headers["Set-Cookie"] = session_cookie(token, secure=secure)
     response.headers["Cache-Control"] = "no-store"
     return SessionInfo(role=record.role, lasts_s=SESSION_S)
@@ -58,5 +58,5 @@ async def post_session(request: Request, response: Response, wish: SessionWish) 
 @router.delete("/session", status_code=HTTPStatus.NO_CONTENT)
 async def delete_session(request: Request) -> Response:
     """End this browser's session."""
-    cookie = session_cookie("", secure=request.url.scheme == "https")
+    cookie = session_cookie("", secure=request.scope["scheme"] == "https")
     return Response(status_code=HTTPStatus.NO_CONTENT, headers={"Set-Cookie": cookie})

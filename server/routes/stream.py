@@ -33,7 +33,7 @@ async def stream(websocket: WebSocket) -> None:
         query = _query(websocket)
         query.view(station)  # told now, while it can be told as a problem
     except ProblemError as error:
-        await websocket.send_denial_response(problem_response(websocket.url.path, error))
+        await websocket.send_denial_response(problem_response(websocket.scope["path"], error))
         return
     await websocket.accept()
     reading = asyncio.create_task(_read(websocket))
@@ -72,7 +72,7 @@ async def _send_all(
                 async with asyncio.timeout(SEND_LIMIT_S):
                     await websocket.send_text(body.decode())
             except TimeoutError:
-                _LOG.warning("%s: a client that does not read is dropped", websocket.url.path)
+                _LOG.warning("%s: a client that does not read is dropped", websocket.scope["path"])
                 websocket.app.state.metrics.dropped.inc()
                 return _TRY_AGAIN_LATER
             sent = moment

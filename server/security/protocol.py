@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
+from http import HTTPStatus
+
+from uvicorn.protocols.http.httptools_impl import (
+    STATUS_LINE,
+    HttpToolsProtocol,
+    RequestResponseCycle,
+)
+
+from snapfit.server.problems import ProblemError, problem_response
 
 _PIPELINED = 16
+_NO_HTTP = (
+    "This is no HTTP/1.1 request: look for spaces, control characters or a # in its address, and "
+    "for control characters in its headers."
+)
 
 
 class BoundedProtocol(HttpToolsProtocol):
@@ -45,8 +57,15 @@ class BoundedProtocol(HttpToolsProtocol):
 
     def send_400_response(self, msg: str) -> None:
         """Answer a request that is none, unless the connection is gone already."""
-        if not self.transport.is_closing():
-            super().send_400_response(msg)
+        del msg  # uvicorn's few words; every error has one body here
+        if self.transport.is_closing():
+            return
+        problem = problem_response("", ProblemError(HTTPStatus.BAD_REQUEST, "no-http", _NO_HTTP))
+        headers = [*self.server_state.default_headers, *problem.raw_headers]
+        lines = [STATUS_LINE[HTTPStatus.BAD_REQUEST]]
+        lines += [b"%s: %s\r\n" % header for header in headers]
+        self.transport.write(b"".join([*lines, b"connection: close\r\n\r\n", problem.body]))
+        self.transport.close()
 
     def _forget(self) -> None:
         """Drop what waits; uvicorn itself tells only the latest request that its client is gone."""

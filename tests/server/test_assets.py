@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import io
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 import trimesh
@@ -18,13 +21,18 @@ from test_api import assert_problem
 from snapfit.models.asset import find_asset
 from snapfit.models.cache import CACHE_VARIABLE
 from snapfit.models.gltf import GLTF_FROM_BODY, glb
+from snapfit.server.app import create_app
 from snapfit.server.asset_export import export_asset
 from snapfit.server.asset_library import ExportedAsset
 from snapfit.server.conventions import AXES, Convention
 from snapfit.server.problems import ProblemError
+from snapfit.server.routes.assets import named_asset
 from snapfit.server.schemas_assembly import AssetInfo
+from snapfit.server.settings import make_settings
 
 PATH = "/v1/assets/scripted-asset"
+FILM_PATH = "/v1/assets/any/media/jaw.mp4"
+Film = Callable[[dict[str, str | bytes]], httpx.Response]
 
 
 def test_the_assets_of_all_stations_are_listed(server: Server) -> None:
@@ -125,3 +133,50 @@ def test_a_deleted_cache_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         exported.mesh("jaw")
     with pytest.raises(ProblemError, match="deleted from the cache"):
         _ = ExportedAsset(tmp_path / "nowhere").info
+
+
+@pytest.fixture
+def film(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Film:
+    """The API, without stations, with an asset that has a film of ten bytes."""
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
+    (tmp_path / "jaw.mp4").write_bytes(b"0123456789")
+    clamp = find_asset("hobby-corner-clamp")
+    step = clamp.steps[0].model_copy(update={"media": ("jaw.mp4",)})
+    exported = ExportedAsset(export_asset(replace(clamp, directory=tmp_path, steps=(step,))))
+    app = create_app(make_settings("the test", {}))
+    app.dependency_overrides[named_asset] = lambda: exported
+    transport = httpx.ASGITransport(app)
+
+    async def ask(headers: dict[str, str | bytes]) -> httpx.Response:
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+            return await client.get(FILM_PATH, headers=headers)
+
+    return lambda headers: asyncio.run(ask(headers))
+
+
+@pytest.mark.parametrize(
+    ("wanted", "status", "body"),
+    [
+        (None, 200, b"0123456789"),
+        ("bytes=2-4", 206, b"234"),
+        ("bytes=7-", 206, b"789"),
+        ("bytes=-2", 206, b"89"),
+        ("bytes=4-2", 200, b"0123456789"),
+        ("bytes=0-1,4-5", 200, b"0123456789"),
+        ("bytes=\xff", 200, b"0123456789"),
+        ("lines=1-2", 200, b"0123456789"),
+    ],
+)
+def test_a_film_is_served_whole_or_in_a_range(
+    film: Film, wanted: str | None, status: int, body: bytes
+) -> None:
+    headers = {} if wanted is None else {"Range": wanted.encode("latin-1")}
+    answer = film(headers)
+    assert (answer.status_code, answer.content) == (status, body)
+    assert answer.headers["content-type"] == "video/mp4"
+
+
+@pytest.mark.parametrize("wanted", ["bytes=10-", "bytes=99-100", "bytes=-0"])
+def test_a_range_beyond_the_film_is_a_problem(film: Film, wanted: str) -> None:
+    problem = assert_problem(film({"Range": wanted}), 416, FILM_PATH)
+    assert problem["bytes"] == 10
