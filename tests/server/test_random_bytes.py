@@ -8,6 +8,7 @@ import re
 import socket
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 
@@ -22,6 +23,7 @@ STREAMS = ("/events", ".mjpeg")
 MEMBERS = {"type", "title", "status", "detail", "instance"}
 # Of a path that random bytes have made another one.
 ELSEWHERE = {404, 405}
+CLIENTS = 8
 
 
 @pytest.fixture(scope="module")
@@ -81,22 +83,28 @@ def statuses_at(request: RandomRequest) -> set[int]:
 
 def attack(server: Server, seed: int, rounds: int) -> Counter[int]:
     """Every place of every operation, so many times; and headers that all of them have."""
-    rng = np.random.default_rng(seed)
     before = server.get("/v1/poses").json()
-    statuses: Counter[int] = Counter()
+    with ThreadPoolExecutor(CLIENTS) as clients:  # some are answered only when a frame comes
+        statuses = Counter(
+            clients.map(lambda request: check(server, request), random_requests(seed, rounds))
+        )
+    assert server.get("/healthz").status_code == 200
+    wait_for(lambda: server.get("/v1/poses").json()["seq"] > before["seq"])
+    wait_for(lambda: not server.get("/v1/poses").json()["stale"])
+    assert server.get("/v1/poses").json()["boot_id"] == before["boot_id"]
+    assert server.worker()["restarts"] == 0
+    return statuses
+
+
+def random_requests(seed: int, rounds: int) -> Iterator[RandomRequest]:
+    rng = np.random.default_rng(seed)
     for turn in range(rounds):
         for number, operation in enumerate(OPERATIONS):
             common = HEADERS[(turn + number) % len(HEADERS)]
             for place, name in (*operation.slots(), ("header", common)):
                 request = random_request(operation, place, name, rng)
                 if not waits_long(operation, request):
-                    statuses[check(server, request)] += 1
-    assert server.get("/healthz").status_code == 200
-    wait_for(lambda: server.get("/v1/poses").json()["seq"] > before["seq"])
-    after = server.get("/v1/poses").json()
-    assert (after["boot_id"], after["stale"]) == (before["boot_id"], False)
-    assert server.worker()["restarts"] == 0
-    return statuses
+                    yield request
 
 
 def waits_long(operation: Operation, request: RandomRequest) -> bool:
