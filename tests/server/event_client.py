@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import httpx
-from harness import Server, wait_for
+from harness import START_LIMIT_S, Server, wait_for
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class EventClient:
     def kinds(self) -> list[str]:
         return [event.kind for event in self.events]
 
-    def wait_for(self, kind: str, limit_s: float = 10.0) -> Received:
+    def wait_for(self, kind: str, limit_s: float = START_LIMIT_S) -> Received:
         found: Received = wait_for(
             lambda: next((event for event in self.events if event.kind == kind), None), limit_s
         )

@@ -30,7 +30,7 @@ def free_port() -> int:
         return port
 
 
-def wait_for(condition: Callable[[], Any], limit_s: float = 20.0) -> Any:
+def wait_for(condition: Callable[[], Any], limit_s: float = 30.0) -> Any:
     """The first true value of the condition; gives up `within` the limit."""
     limit_s = within(limit_s)
     give_up_at_s = time.monotonic() + limit_s
