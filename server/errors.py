@@ -32,6 +32,10 @@ class AddressError(SnapfitError):
     """A host that this machine cannot listen at."""
 
 
+class InstallationError(SnapfitError):
+    """A file of snapfit's own that is missing."""
+
+
 class StoreError(SnapfitError):
     """A shared memory that is missing, of another version, damaged, or too small for a message."""
 

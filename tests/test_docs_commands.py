@@ -19,7 +19,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "dock
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
 OPENAPI = json.loads((ROOT / "openapi" / "openapi.json").read_text(encoding="utf-8"))
 OUTSIDE_OPENAPI = {"/", "/docs", "/openapi.json"}
-TOOLS = {"pytest", "ruff", "mypy", "lint-imports", "pip", "python", "sleep", "wait"}
+TOOLS = {"pytest", "ruff", "mypy", "lint-imports", "pip", "python", "npm", "sleep", "wait"}
 METHODS = "GET|POST|PUT|DELETE"
 
 

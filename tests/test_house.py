@@ -80,7 +80,7 @@ def test_ci_runs_every_python_that_is_promised() -> None:
     assert script.rstrip().endswith("make test")
 
 
-@pytest.mark.parametrize("name", ["run", "audit"])
+@pytest.mark.parametrize("name", ["run", "audit", "page"])
 def test_what_ci_runs_is_a_script_that_bash_understands(name: str) -> None:
     script = ROOT / ".ci" / name
     assert script.stat().st_mode & 0o111

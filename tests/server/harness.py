@@ -18,7 +18,8 @@ import httpx
 
 HERE = Path(__file__).parent
 SHARED_MEMORY = Path("/dev/shm")
-# A machine in use takes seconds to end each worker.
+# A machine in use takes seconds to start each worker, and to end it.
+START_LIMIT_S = 60.0
 END_S = 60
 
 
@@ -89,8 +90,8 @@ class Server:
             return False
 
     def wait_ready(self) -> Server:
-        wait_for(self.answers)
-        wait_for(lambda: self.get("/readyz").status_code == 200)
+        wait_for(self.answers, START_LIMIT_S)
+        wait_for(lambda: self.get("/readyz").status_code == 200, START_LIMIT_S)
         return self
 
     def worker(self) -> dict[str, Any]:

@@ -8,10 +8,12 @@ and what else is to happen:
     finds (a detector: all parts are found a third of a second after they are looked for)
     frame-by-frame (a tracker that keeps nothing)
     marker (an ArUco marker is seen)
+    sways (it is seen, and parts go to and fro instead of away)
 """
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Mapping
@@ -82,7 +84,7 @@ class ScriptedSource:
         if self._fault == "bad-frames" and self._number % 3 == 0:
             raise FrameError(f"{self._number:06d}", "the depth image is missing")
         color = np.full((180, 320, 3), self._number % 256, dtype=np.uint8)
-        if self._fault == "marker":
+        if self._fault in {"marker", "sways"}:
             color = draw_board(MARKER, CAMERA.color, CAMERA_FROM_MARKER)
         return Frame(f"{self._number:06d}", 0, color)
 
@@ -126,6 +128,8 @@ class ScriptedTracker:
         if name == LOST_PART and not is_shown:
             return PartEstimate(name, Status.LOST, 0.0, None)
         x_m = 0.1 * place + X_VELOCITY_M_PER_S * elapsed_s
+        if self._fault == "sways":
+            x_m = 0.06 * place - 0.2 + 0.5 * X_VELOCITY_M_PER_S * math.sin(2 * elapsed_s)
         turn = Pose.exp([0.1 * place, 0.2, 0.3, 0, 0, 0])
         pose = Pose.from_rotation_translation(turn.rotation, (x_m, 0.02, 0.7))
         if self._fault == "nan-pose" and name == "jaw":

@@ -212,10 +212,22 @@ def test_the_page_and_all_it_needs_are_served(server: Server) -> None:
     assert page.status_code == 200
     assert page.headers["content-type"].startswith("text/html")
     for name, kind in (("page.js", "text/javascript"), ("page.css", "text/css")):
-        assert f'"{name}"' in page.text
+        assert f'"./{name}"' in page.text
         answer = server.get(f"/{name}")
         assert answer.status_code == 200
         assert answer.headers["content-type"].startswith(kind)
+
+
+def test_a_browser_gets_of_the_page_what_it_has_not_got_yet(server: Server) -> None:
+    packed = server.get("/three.js")
+    plain = server.get("/three.js", headers={"Accept-Encoding": "identity"})
+    assert packed.headers["content-encoding"] == "gzip"
+    assert "content-encoding" not in plain.headers
+    assert packed.content == plain.content
+    assert int(packed.headers["content-length"]) < len(plain.content) / 3
+    known = server.get("/three.js", headers={"If-None-Match": packed.headers["etag"]})
+    assert (known.status_code, known.content) == (304, b"")
+    assert server.get("/three.js", headers={"If-None-Match": 'W/"other"'}).status_code == 200
 
 
 def test_the_document_is_served_and_equals_the_committed_one(server: Server) -> None:

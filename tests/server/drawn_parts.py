@@ -1,0 +1,102 @@
+"""What the page draws over the picture, beside what it should draw."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from snapfit.models.camera import PinholeCamera
+from snapfit.models.mesh import Mesh
+from snapfit.models.pose import Pose
+from snapfit.models.rasteriser import render
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+Mask = npt.NDArray[np.bool_]
+
+# The page tells which moment it has just drawn; a stream of our own tells where the parts were.
+_COLLECT = """
+async ([count, apartUs]) => {
+  const seen = new Map();
+  const socket = new WebSocket(new URL("v1/stream", location.href.replace("http", "ws")));
+  socket.onmessage = (event) => {
+    const snapshot = JSON.parse(event.data);
+    seen.set(snapshot.captured_at_us, snapshot);
+  };
+  const canvas = document.getElementById("overlay");
+  const shots = [];
+  let last = 0;
+  await new Promise((resolve) => {
+    canvas.addEventListener("drawn", ({ detail }) => {
+      const snapshot = seen.get(detail.atUs);
+      if (!snapshot || shots.length === count || detail.atUs < last + apartUs) return;
+      last = detail.atUs;
+      shots.push({ snapshot, pictureAtUs: detail.pictureAtUs, png: canvas.toDataURL() });
+      if (shots.length === count) resolve();
+    });
+  });
+  socket.close();
+  return shots;
+}
+"""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One drawing.
+
+    Attributes:
+        snapshot: of the moment that was drawn, in the camera's frame, OpenCV's axes.
+        picture_at_us: exposure of the picture below.
+        drawn: (H, W) bool, where anything is drawn.
+    """
+
+    snapshot: dict[str, Any]
+    picture_at_us: int
+    drawn: Mask
+
+    def expected(self, camera: PinholeCamera, meshes: Mapping[str, Mesh]) -> Mask:
+        """Where parts are seen by the camera, drawn by the rasteriser, as `drawn`."""
+        factor = self.drawn.shape[1] / camera.width
+        poses = {
+            part["part"]: Pose.from_quaternion(part["orientation"], part["position"])
+            for part in self.snapshot["parts"]
+            if part["position"] is not None
+        }
+        bodies = [(meshes[name], pose) for name, pose in poses.items()]
+        seen = render(camera.scaled(factor), bodies).part_id > 0
+        return seen[: self.drawn.shape[0], : self.drawn.shape[1]]
+
+
+def collect(page: Page, count: int, apart_us: int = 0) -> list[Shot]:
+    """Some drawings whose moments are at least so far apart, and whose snapshots are known."""
+    shots = page.evaluate(_COLLECT, [count, apart_us])
+    return [Shot(it["snapshot"], it["pictureAtUs"], _alpha(it["png"]) > 0) for it in shots]
+
+
+def outside(a: Mask, b: Mask, reach_px: int) -> float:
+    """Share of a mask that is farther than so many pixels from another one."""
+    kernel = np.ones((2 * reach_px + 1, 2 * reach_px + 1), dtype=np.uint8)
+    near = cv2.dilate(b.astype(np.uint8), kernel) > 0
+    return float((a & ~near).sum() / max(a.sum(), 1))
+
+
+def centroid(mask: Mask) -> npt.NDArray[np.float64]:
+    """(2,) x, y of the middle of a mask, px."""
+    rows, columns = np.nonzero(mask)
+    return np.array([columns.mean(), rows.mean()])
+
+
+def _alpha(address: str) -> npt.NDArray[np.uint8]:
+    png = np.frombuffer(base64.b64decode(address.partition(",")[2]), dtype=np.uint8)
+    image = cv2.imdecode(png, cv2.IMREAD_UNCHANGED)
+    assert image is not None
+    alpha: npt.NDArray[np.uint8] = image[..., 3]
+    return alpha
