@@ -271,6 +271,4 @@ def test_it_shows_the_station_that_is_wished(
             expect(it.locator("#station")).to_have_text("right · Scripted")
             assert it.locator("#stations [aria-current]").inner_text() == "right"
             it.click("#stations >> text=left")
-            it.wait_for_function(
-                "document.getElementById('station').textContent.startsWith('left')"
-            )
+            expect(it.locator("#station")).to_have_text("left · Scripted")
