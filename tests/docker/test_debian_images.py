@@ -27,7 +27,9 @@ from harness import free_port, wait_for
 
 LARGEST_API_MB = 200
 # The kernels are compiled and the demo is rendered.
-FIRST_POSES_LIMIT_S = 900
+FIRST_POSES_LIMIT_S = 1800
+# As `stop_grace_period`.
+END_LIMIT_S = 30
 USER = 10001
 PACKAGES = "opt/snapfit/lib/python3.11/site-packages"
 TRACKING_STACK = ("numba", "open3d", "onnxruntime", "cv2", "scipy", "trimesh", "manifold3d")
@@ -114,7 +116,7 @@ class Container:
     def end(self) -> int:
         """Exit code."""
         self.process.terminate()
-        return self.process.wait(15)
+        return self.process.wait(END_LIMIT_S)
 
 
 def test_the_api_image_serves_what_a_worker_tracks(builder: Builder, tmp_path: Path) -> None:
