@@ -38,13 +38,18 @@ def prepare_threading_layer() -> None:
         _log.warning("TBB at %s does not load (%s): parallel kernels may be slower", library, error)
 
 
+def use_one_core() -> None:
+    """Have parallel kernels that the calling thread starts run on one core."""
+    numba.set_num_threads(1)
+
+
 def stay_behind() -> None:
     """Have the calling thread, and it alone, leave the cores to the tracker.
 
     For what goes on beside it and is in no hurry: its parallel kernels run on one core, and on
     Linux, where a thread has a priority of its own, it runs there when nobody else wants to.
     """
-    numba.set_num_threads(1)
+    use_one_core()
     if sys.platform == "linux":
         with suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _LEAST_URGENT)

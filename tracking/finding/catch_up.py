@@ -15,7 +15,7 @@ from snapfit.models.errors import SnapfitError
 from snapfit.models.pose import Pose
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
-from snapfit.tracking.threads import stay_behind
+from snapfit.tracking.threads import stay_behind, use_one_core
 from snapfit.tracking.tracker import Tracker
 
 _LOG = logging.getLogger(__name__)
@@ -96,11 +96,15 @@ class ImmediateCatchUp:
 class CatchUpThread:
     """Follows in a thread of its own: the tracker never waits.
 
+    As in `LookoutThread`, one thread leaves the cores to the tracker, and another does what
+    concerns all parts: then there is no tracker to disturb.
+
     Args:
-        follower: of the same parts as the tracker, and used in that thread alone.
+        follower: of the same parts as the tracker, and used in these threads alone.
     """
 
     def __init__(self, follower: Tracker) -> None:
+        self._names = frozenset(follower.names)
         self._pursuit = _Pursuit(follower)
         self._changed = threading.Condition()
         self._begun: tuple[Mapping[str, Pose], bool] | None = None
@@ -108,8 +112,12 @@ class CatchUpThread:
         self._poses: Mapping[str, Pose] | None = None
         self._is_busy = False
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="catch-up", daemon=True)
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._run, args=(is_urgent,), name=name, daemon=True)
+            for is_urgent, name in ((False, "catch-up"), (True, "catch-up-urgent"))
+        ]
+        for thread in self._threads:
+            thread.start()
 
     @property
     def is_busy(self) -> bool:
@@ -122,7 +130,7 @@ class CatchUpThread:
         """As in `CatchUp`."""
         with self._changed:
             self._frames, self._begun, self._is_busy = list(frames), (starts, are_rough), True
-            self._changed.notify()
+            self._changed.notify_all()
 
     def add(self, frame: Frame) -> None:
         """As in `CatchUp`."""
@@ -142,14 +150,22 @@ class CatchUpThread:
         """As in `CatchUp`; waits for the frame that is in work."""
         with self._changed:
             self._closed.set()
-            self._changed.notify()
-        self._thread.join()
+            self._changed.notify_all()
+        for thread in self._threads:
+            thread.join()
 
-    def _run(self) -> None:
-        stay_behind()
+    def _is_for(self, is_urgent: bool) -> bool:
+        """Whether there are parts to follow, all of them or not."""
+        return self._begun is not None and (self._names <= set(self._begun[0])) == is_urgent
+
+    def _run(self, is_urgent: bool) -> None:
+        if is_urgent:
+            use_one_core()
+        else:
+            stay_behind()
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._closed.is_set() or self._begun is not None)
+                self._changed.wait_for(lambda: self._closed.is_set() or self._is_for(is_urgent))
                 if self._closed.is_set() or self._begun is None:
                     return
                 (starts, are_rough), self._begun = self._begun, None

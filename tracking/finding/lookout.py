@@ -13,7 +13,7 @@ from snapfit.models.errors import SnapfitError
 from snapfit.tracking.finding.account import LookAccount
 from snapfit.tracking.finding.finder import CountsRejections, Finder, Hypothesis
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.threads import stay_behind
+from snapfit.tracking.threads import stay_behind, use_one_core
 
 _LOG = logging.getLogger(__name__)
 _PROBLEMS_REMEMBERED = 100
@@ -122,8 +122,12 @@ class DelayedLookout:
 class LookoutThread:
     """Looks in a thread of its own; the newest frame is offered when it is free again.
 
+    While parts are tracked, looking leaves the cores to the tracker. Where all parts are wanted
+    there is nothing to disturb, and on a busy machine a thread that stays behind might never look:
+    a second one, of usual priority, does it then. They never look at the same time.
+
     Args:
-        finder: used in that thread alone.
+        finder: used in these threads alone.
     """
 
     def __init__(self, finder: Finder) -> None:
@@ -134,8 +138,12 @@ class LookoutThread:
         self._found: Found | None = None
         self._is_busy = self._is_closed = False
         self._problems: set[str] = set()
-        self._thread = threading.Thread(target=self._run, name="lookout", daemon=True)
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._run, args=(is_urgent,), name=name, daemon=True)
+            for is_urgent, name in ((False, "lookout"), (True, "lookout-urgent"))
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
         """As in `Lookout`."""
@@ -143,7 +151,7 @@ class LookoutThread:
             if self._is_busy or self._is_closed or self._found is not None:
                 return False
             self._task, self._is_busy = (frame, tuple(wanted)), True
-            self._changed.notify()
+            self._changed.notify_all()
         return True
 
     def take(self) -> Found | None:
@@ -156,14 +164,22 @@ class LookoutThread:
         """As in `Lookout`; waits for a look that is under way."""
         with self._changed:
             self._is_closed = True
-            self._changed.notify()
-        self._thread.join()
+            self._changed.notify_all()
+        for thread in self._threads:
+            thread.join()
 
-    def _run(self) -> None:
-        stay_behind()
+    def _is_for(self, is_urgent: bool) -> bool:
+        """Whether there is a task of this kind."""
+        return self._task is not None and (set(self._task[1]) >= set(self.names)) == is_urgent
+
+    def _run(self, is_urgent: bool) -> None:
+        if is_urgent:
+            use_one_core()
+        else:
+            stay_behind()
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._is_closed or self._task is not None)
+                self._changed.wait_for(lambda: self._is_closed or self._is_for(is_urgent))
                 if self._is_closed or self._task is None:
                     return
                 (frame, wanted), self._task = self._task, None
