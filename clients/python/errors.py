@@ -170,6 +170,12 @@ class AssemblyFinishedError(NotFoundError):
     kind_of_class = "assembly-finished"
 
 
+class NoStepsError(NotFoundError):
+    """The asset has no steps, and so no activity for players of ARLEM."""
+
+    kind_of_class = "no-steps"
+
+
 class NotPossibleError(ProblemError):
     """409: it cannot be done now."""
 
@@ -260,7 +266,7 @@ class AssetGoneError(NotReadyError):
 
 
 class InvalidRequestError(ProblemError):
-    """400, 413 or 422: a parameter or a body is wrong; `members["errors"]` tells where."""
+    """400, 413, 416 or 422: a parameter or a body is wrong; `members["errors"]` tells where."""
 
     kind_of_class = "invalid-request"
 
@@ -269,6 +275,18 @@ class BodyTooLongError(InvalidRequestError):
     """The body is longer than the server takes."""
 
     kind_of_class = "body-too-long"
+
+
+class NoHttpError(InvalidRequestError):
+    """The request is none: a control character in a header, or a space in the address."""
+
+    kind_of_class = "no-http"
+
+
+class BeyondTheFileError(InvalidRequestError):
+    """416: a range of bytes that the file does not have."""
+
+    kind_of_class = "beyond-the-file"
 
 
 class ServerFaultError(ProblemError):

@@ -34,12 +34,16 @@ BASES = {"SnapshotHeader", "StepHeader"}
 LEFT_OUT = {
     *("SessionInfo", "SessionWish", "GbotPart"),
     *("GivenPose", "ReinitialiseRequest", "StateRequest", "Problem"),
+    # ARLEM's own, which players of it read.
+    *("Workplace", "Tangible", "Poi", "Detectable", "Sensor", "SensorData", "PrimitiveInfo"),
+    *("Activity", "Action", "Instruction", "Transition", "Activate", "Deactivate", "Trigger"),
 }
 PATHS_LEFT_OUT = {
     *("/v1/session", "/resource", "/metrics"),
     *("/v1/stations/{station}", "/v1/stations/{station}/events", "/v1/events"),
     *("/v1/stations/{station}/frame.mjpeg", "/v1/stations/{station}/overlay.mjpeg"),
     *("/v1/frame.mjpeg", "/v1/overlay.mjpeg"),
+    *(f"/v1/assets/{{asset}}/arlem/{name}.json" for name in ("workplace", "activity")),
 }
 
 
