@@ -15,13 +15,10 @@ from importlib.metadata import version
 from fastapi import Depends, FastAPI
 
 from snapfit.server.clock import Clock
-from snapfit.server.fast_lane import FastLane
 from snapfit.server.fleet.keepers import backing_for
-from snapfit.server.gbot_port import GbotPort
 from snapfit.server.metrics import Metrics
 from snapfit.server.openapi import install_openapi
 from snapfit.server.problems import install_problem_handlers
-from snapfit.server.request_clock import RequestClock
 from snapfit.server.routes import (
     anchors,
     arlem,
@@ -53,7 +50,7 @@ _NICENESS = 5  # tracking comes first; an answer that waits a millisecond is sti
 
 
 def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
-    """The app; its stations open when it starts and close when it ends.
+    """The app; its stations open when it starts and close when it ends. See `with_front`, too.
 
     Args:
         settings: what is served.
@@ -105,10 +102,6 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     page = page_router()
     app.include_router(page)
     install_security(app, settings.security, settings.host, page_paths(page))
-    app.add_middleware(FastLane, stations=all_stations, access=app.state.access)
-    app.add_middleware(GbotPort, port=settings.gbot_port)
-    # The last one added is the first to see a request.
-    app.add_middleware(RequestClock, clock=all_stations.clock, metrics=app.state.metrics)
     install_openapi(app)
     return app
 

@@ -6,6 +6,7 @@ import secrets
 from collections import deque
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import takewhile
 from typing import Any
 
 import orjson
@@ -34,12 +35,12 @@ class Event:
     Attributes:
         number: counts from 1.
         kind: what.
-        data: JSON.
+        block: as it is sent (server-sent events): id, kind, JSON.
     """
 
     number: int
     kind: EventKind
-    data: bytes
+    block: bytes
 
 
 class EventLog:
@@ -62,13 +63,14 @@ class EventLog:
     def add(self, kind: EventKind, data: dict[str, Any]) -> None:
         """Note an event."""
         self._number += 1
-        self._events.append(Event(self._number, kind, orjson.dumps(data)))
+        head = f"id: {self.event_id(self._number)}\nevent: {kind}\ndata: ".encode()
+        self._events.append(Event(self._number, kind, b"%b%b\n\n" % (head, orjson.dumps(data))))
 
     def after(self, number: int) -> list[Event]:
         """All that is kept of what came after an event, in order."""
-        if number >= self._number:
-            return []
-        return [event for event in self._events if event.number > number]
+        # From the end: whoever listens wants the last one or two of a thousand.
+        newer = takewhile(lambda event: event.number > number, reversed(self._events))
+        return list(newer)[::-1]
 
     def event_id(self, number: int) -> str:
         """The id of an event, for Last-Event-ID."""

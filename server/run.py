@@ -17,6 +17,7 @@ import uvicorn
 
 from snapfit.server.app import create_app
 from snapfit.server.errors import AddressError, PortInUseError
+from snapfit.server.front import with_front
 from snapfit.server.logs.setup import LogChoice, configure_logging
 from snapfit.server.security.headers import SECURITY_HEADERS
 from snapfit.server.security.protocol import BoundedProtocol
@@ -56,7 +57,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         ports.append(settings.gbot_port)
     app = create_app(settings, pipeline)
     config = uvicorn.Config(
-        app,
+        with_front(app, settings.gbot_port),
         loop="auto",
         http=BoundedProtocol,
         headers=SECURITY_HEADERS,

@@ -57,15 +57,18 @@ class Watch:
         event = self._latest_event()
         while True:
             now = self._look()
-            if now != last:
+            is_new = now != last
+            if is_new:
                 self._told()
+            # Those first who are told seldom.
+            if self._latest_event() != event:
+                event = self._latest_event()
+                self._events.ring()
+            if is_new:
                 if now is None or last is None or now.assembly != last.assembly:
                     self._assemblies.ring()
                 self._snapshots.ring()
                 last = now
-            if self._latest_event() != event:
-                event = self._latest_event()
-                self._events.ring()
             await asyncio.sleep(_PERIOD_S)
 
     def end(self) -> None:

@@ -51,10 +51,9 @@ async def _events(station: Station, last_event_id: str | None) -> AsyncIterator[
     said_at_s = time.monotonic()
     while not station.watch.is_ending:
         events = log.after(number or 0)
-        for event in events:
-            number = event.number
-            head = f"id: {log.event_id(number)}\nevent: {event.kind}\ndata: "
-            yield head.encode() + event.data + b"\n\n"
+        if events:
+            number = events[-1].number
+            yield b"".join(event.block for event in events)
             said_at_s = time.monotonic()
         if time.monotonic() - said_at_s >= HEARTBEAT_S:
             yield b": here\n\n"

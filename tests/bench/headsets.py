@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
 import resource
 import select
 import sys
@@ -17,7 +18,7 @@ import time
 from collections import deque
 
 from open_loop import Poll, Rounds
-from wire import Wire, now_us, number_after, request, status
+from wire import NICENESS, Wire, now_us, number_after, request, status
 
 _LAST_ANSWERS_S = 2.0
 _LEAD_US = 200_000
@@ -129,6 +130,7 @@ def samples(headsets: list[Headset]) -> dict[str, object]:
 
 
 if __name__ == "__main__":
+    os.nice(NICENESS)
     a_port, n_clients, ahead = int(sys.argv[1]), int(sys.argv[2]), int(sys.argv[5])
     seen = poll(a_port, n_clients, float(sys.argv[3]), float(sys.argv[4]), ahead)
     sys.stdout.write(json.dumps(samples(seen)) + "\n")

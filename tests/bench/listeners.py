@@ -9,6 +9,7 @@ change reached whom.
 from __future__ import annotations
 
 import json
+import os
 import resource
 import select
 import sys
@@ -17,7 +18,7 @@ from typing import Any
 
 import orjson
 from changes import Told, changes_in, delays_ms
-from wire import Wire, now_us, request, status
+from wire import NICENESS, Wire, now_us, request, status
 
 _MARGIN_US = 1_000_000  # at both ends changes do not count: not all listen yet, or any more
 _TURN_S = 0.1
@@ -113,6 +114,7 @@ def listen(
 
 
 if __name__ == "__main__":
+    os.nice(NICENESS)
     counts = [int(word) for word in sys.argv[1:4]]
     told_all = listen(counts[0], counts[1], counts[2], float(sys.argv[4]), int(sys.argv[5]))
     sys.stdout.write(json.dumps(told_all) + "\n")

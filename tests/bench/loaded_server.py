@@ -88,20 +88,17 @@ class Generator:
 
 @contextmanager
 def changing_states(server: LoadedServer, period_s: float) -> Iterator[None]:
-    """Meanwhile an operator takes back the last step again and again.
+    """Meanwhile an operator takes back the last step, gives it again, and so on.
 
-    The tracker sees the part in its place and goes forward by itself: two changes each time, one
-    by an order and one by tracking, and the parts stay where they are.
+    The parts are in their places all the time, so that nothing disturbs the tracker. While no step
+    is done yet there is nothing to take back.
     """
-    steps = server.json("/v1/steps")["steps"]
-    before = {step["to_state"]: step["from_state"] for step in steps}
+    operator = _Operator(server)
     done = threading.Event()
 
     def change() -> None:
         while not done.wait(period_s):
-            state = server.json("/v1/assembly")["state"]
-            if state in before:
-                _put_state(server.port, before[state])
+            operator.change()
 
     thread = threading.Thread(target=change)
     thread.start()
@@ -110,6 +107,26 @@ def changing_states(server: LoadedServer, period_s: float) -> Iterator[None]:
     finally:
         done.set()
         thread.join()
+
+
+class _Operator:
+    """Takes back the last step, or gives back what was taken."""
+
+    def __init__(self, server: LoadedServer) -> None:
+        self._server = server
+        steps = server.json("/v1/steps")["steps"]
+        self._before = {step["to_state"]: step["from_state"] for step in steps}
+        self._taken: str | None = None
+
+    def change(self) -> None:
+        """One order, if there is anything to order."""
+        state = self._server.json("/v1/assembly")["state"]
+        taken, self._taken = self._taken, None
+        if taken is not None and self._before[taken] == state:
+            _put_state(self._server.port, taken)
+        elif state in self._before:
+            self._taken = state
+            _put_state(self._server.port, self._before[state])
 
 
 def _put_state(port: int, state: str) -> None:

@@ -13,6 +13,9 @@ import sys
 import time
 from collections.abc import Mapping
 
+NICENESS = 10
+"""Of load generators: less urgent than the API, for real clients take no time of its machine."""
+
 _SO_TIMESTAMPNS = 35  # not among Python's constants
 _STAMP = struct.Struct("qq")
 _ANCILLARY_BYTES = socket.CMSG_SPACE(_STAMP.size)
