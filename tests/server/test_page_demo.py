@@ -29,6 +29,8 @@ pytestmark = [needs_browser, pytest.mark.slow]
 
 SNAPFIT = str(Path(sys.executable).with_name("snapfit"))
 FIRST_START_LIMIT_S = 300
+# Some rounds of the assembly, half a minute each: on a busy machine a part is lost in some.
+ASSEMBLY_LIMIT_MS = 180_000
 
 
 @pytest.fixture(scope="module")
@@ -50,8 +52,8 @@ def page(demo: Server) -> Iterator[Page]:
 
 
 def test_the_card_advances_when_a_step_completes_by_itself(page: Page, demo: Server) -> None:
-    expect(page.locator("#step-count")).to_have_text("Step 1 of 2")
-    expect(page.locator("#step-count")).to_have_text("Step 2 of 2")
+    expect(page.locator("#step-count")).to_have_text("Step 1 of 2", timeout=ASSEMBLY_LIMIT_MS)
+    expect(page.locator("#step-count")).to_have_text("Step 2 of 2", timeout=ASSEMBLY_LIMIT_MS)
     expect(page.locator("#step-title")).to_have_text("Screw in the bolt")
     expect(page.locator("#announcer")).to_have_text("Step 2 of 2: Screw in the bolt")
     assert page.locator("#step-list [data-progress=finished]").count() == 1
