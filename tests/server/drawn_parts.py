@@ -33,7 +33,9 @@ async ([count, apartUs]) => {
   const canvas = document.getElementById("overlay");
   const shots = [];
   let last = 0;
-  await new Promise((resolve) => {
+  await new Promise((resolve, reject) => {
+    const late = () => `${shots.length} of ${count} drawings, ${seen.size} snapshots in 120 s`;
+    setTimeout(() => reject(new Error(late())), 120000);
     canvas.addEventListener("drawn", ({ detail }) => {
       const snapshot = seen.get(detail.atUs);
       if (!snapshot || shots.length === count || detail.atUs < last + apartUs) return;
@@ -86,6 +88,16 @@ def outside(a: Mask, b: Mask, reach_px: int) -> float:
     kernel = np.ones((2 * reach_px + 1, 2 * reach_px + 1), dtype=np.uint8)
     near = cv2.dilate(b.astype(np.uint8), kernel) > 0
     return float((a & ~near).sum() / max(a.sum(), 1))
+
+
+def best_shift(drawn: Mask, expected: Mask, most_px: int = 3) -> tuple[int, int]:
+    """By how much x, y a mask has to be moved to agree best with what is drawn, whole pixels.
+
+    Unlike a centroid it is not drawn to small parts, which the lines of their edges widen most.
+    """
+    wide = cv2.dilate(expected.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)) > 0
+    shifts = [(x, y) for x in range(-most_px, most_px + 1) for y in range(-most_px, most_px + 1)]
+    return min(shifts, key=lambda by: int((np.roll(wide, by[::-1], (0, 1)) ^ drawn).sum()))
 
 
 def centroid(mask: Mask) -> npt.NDArray[np.float64]:

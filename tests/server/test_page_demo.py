@@ -13,10 +13,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
 from browser import chromium, expect, looking, needs_browser
-from drawn_parts import centroid, collect, outside
+from drawn_parts import best_shift, collect, outside
 from harness import Server, wait_for
 
 from snapfit.models.asset import find_asset
@@ -74,7 +73,7 @@ def test_what_is_drawn_coincides_with_the_picture(page: Page, demo: Server) -> N
         expected = shot.expected(camera, meshes)
         assert outside(shot.drawn, expected, 2) < 0.01
         assert outside(expected, shot.drawn, 2) < 0.01
-        assert np.linalg.norm(centroid(shot.drawn) - centroid(expected)) < 1
+        assert best_shift(shot.drawn, expected) == (0, 0)
 
 
 def test_a_killed_worker_is_told_until_another_one_works(page: Page, demo: Server) -> None:
