@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 from harness import Server, running, wait_for
+from patience import within
 from scripted_pipeline import FRAME_RATE_HZ
 
 from snapfit.clients.python import (
@@ -143,7 +144,7 @@ def test_a_worker_and_a_server_that_die_come_back() -> None:
             back = wait_for(lambda: not (it := next(snapshots)).stale and it)
             assert back.boot_id != stale.boot_id
             client.close()
-            reader.join(5)
+            reader.join(within(5))
         assert not reader.is_alive()
     assert {type(error) for error in failures} == {NotReachableError}
     assert {"stale", "recovered"} <= set(event_kinds)
