@@ -91,8 +91,9 @@ def test_a_wall_clock_that_is_set_back_changes_nothing() -> None:
             assert (poses["seq"] == last["seq"]) == (
                 poses["captured_at_us"] == last["captured_at_us"]
             )
-            assert not poses["stale"]
-            assert 0 <= poses["age_us"] < 500_000
+            # A machine in use may keep a frame waiting; a clock set back would tell years.
+            assert 0 <= poses["age_us"] < 1e6 * within(0.5)
+            assert not poses["stale"] or poses["age_us"] > 400_000
             sent_at_us = server.get("/v1/time").json()["sent_at_us"]
             assert sent_at_us > now_us
             now_us, last = sent_at_us, poses
