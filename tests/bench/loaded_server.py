@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import psutil
+from clock_offset import Exchange, clock_ahead_us
 from frame_count import FrameCount
 from serving import get, worker
 from wire import now_us
 
 HERE = Path(__file__).parent
-_TIME_TRIES = 30
+_EXCHANGES = 50
 _PATIENCE_S = 60.0  # a busy machine is measured as it is
 
 
@@ -48,16 +49,15 @@ class LoadedServer:
         answer: dict[str, Any] = json.loads(get(self.port, path, _PATIENCE_S))
         return answer
 
-    def clock_ahead_us(self) -> int:
-        """By how much the server's clock is ahead of this machine's: of the quickest answer."""
-        tries = []
-        for _ in range(_TIME_TRIES):
-            sent_us = now_us()
+    def clock_ahead_us(self) -> tuple[int, int]:
+        """By how much the server's clock is ahead of this machine's; how far off that may be."""
+        exchanges = []
+        for _ in range(_EXCHANGES):
+            asked_us = now_us()
             answer = self.json("/v1/time")
-            received_us = now_us()
-            ahead_us = (answer["received_at_us"] - sent_us + answer["sent_at_us"] - received_us) / 2
-            tries.append((received_us - sent_us, ahead_us))
-        return round(min(tries)[1])
+            stamps = answer["received_at_us"], answer["sent_at_us"]
+            exchanges.append(Exchange(asked_us, *stamps, now_us()))
+        return clock_ahead_us(exchanges)
 
 
 def cpu_s(process: psutil.Process) -> float:

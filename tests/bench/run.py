@@ -34,7 +34,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     choices = [*SUITES, SOAK]
     parser.add_argument("suites", nargs="*", choices=[*choices, []], help="all but soak by default")
-    parser.add_argument("--minutes", type=int, default=10, help="of the suite soak")
+    parser.add_argument("--minutes", type=int, default=10, help="of the suite soak, 2 at least")
     wish = parser.parse_args()
     console = Console()
     console.print(f"snapfit {_commit()} on {_cpu()}, {os.cpu_count()} cores, load {_load()}")

@@ -184,15 +184,20 @@ def started(
     words = [sys.executable, *(str(word) for word in command)]
     with subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL) as process:
         try:
-            wait_until_answers(port, path)
+            wait_until_answers(port, path, process)
             yield process, time.perf_counter() - begin_s
         finally:
             process.terminate()
 
 
-def wait_until_answers(port: int, path: str) -> None:
+def wait_until_answers(
+    port: int, path: str, process: subprocess.Popen[bytes] | None = None
+) -> None:
+    """Until a server is there; not for one whose process has ended."""
     give_up_at_s = time.perf_counter() + START_LIMIT_S
     while time.perf_counter() < give_up_at_s:
+        if process is not None and process.poll() is not None:
+            raise RuntimeError(f"the server ended with {process.returncode}; it says above why")
         try:
             get(port, path)
         except (urllib.error.URLError, ConnectionError, TimeoutError):

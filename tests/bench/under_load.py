@@ -63,7 +63,7 @@ class Bench:
         self.server = server
         self._plain = plain
         self.source_hz = server.source_hz()
-        self._ahead_us = server.clock_ahead_us()
+        self._ahead_us, self.clock_error_us = server.clock_ahead_us()
 
     def idle(self, seconds: float) -> Round:
         """Nobody asks."""
@@ -113,6 +113,7 @@ def run() -> list[Figure]:
     hz = it.source_hz
     name = f"{HEADSETS} headsets at {HEADSET_HZ} Hz"
     return [
+        Figure("error of the clocks' comparison, at most", it.clock_error_us / 1e3, "ms"),
         *_frames("nobody asks", [idle], hz, bound=False),
         *_polls(name, polled, hz),
         *_frames(name, polled, hz),
@@ -190,13 +191,14 @@ def _told(what: str, told: Round, least_changes: int) -> list[Figure]:
     figures = [
         at_least(f"{what}: state changes", samples["changes"], "", least_changes),
         Figure(f"{what}: of these with an uncertain publication", samples["inexact"], ""),
-        at_most(f"{what}: changes missed", missed + samples["failures"], "", 0),
     ]
+    if not samples["changes"]:
+        return figures
+    figures.append(at_most(f"{what}: changes missed", missed + samples["failures"], "", 0))
     for kind, values in delays.items():
-        if values:
-            name = f"{what}: {kind} told after"
-            figures.append(Figure(f"{name}, median", percentile(values, 50), "ms"))
-            figures.append(at_most(f"{name}, p99", percentile(values, 99), "ms", TOLD_P99_MS))
+        name = f"{what}: {kind} told after"
+        figures.append(Figure(f"{name}, median", percentile(values, 50), "ms"))
+        figures.append(at_most(f"{name}, p99", percentile(values, 99), "ms", TOLD_P99_MS))
     return figures
 
 
