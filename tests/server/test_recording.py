@@ -11,6 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from patience import within
 
 pytest.importorskip("onnx", reason="onnx is not installed: snapfit[test]")
 
@@ -182,7 +183,8 @@ def test_jpeg_says_what_it_gives_up(scene: tuple[Path, Path], tmp_path: Path) ->
     source, bundle = scene
     for color in ("png", "jpeg"):
         pipeline = opened(source, bundle, tmp_path / color, record_color=color)
-        play(pipeline, 25, pause_s=0.05)
+        # A machine in use has to have time to write every frame.
+        play(pipeline, 25, pause_s=within(0.05))
         pipeline.close()
     sizes = {path.parent.name: path.stat().st_size for path in tmp_path.glob("*/*.mcap")}
     assert sizes["jpeg"] < 0.7 * sizes["png"]
