@@ -198,6 +198,8 @@ def test_a_real_terminal_is_drawn_again_and_again_until_ctrl_c(server: Server) -
         stdout=theirs,
         stderr=subprocess.PIPE,
         env={**os.environ, "COLUMNS": "120", "LINES": "40", "TERM": "xterm-256color"},
+        # What a shell starts in the background ignores Ctrl-C, and so do its children.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     os.close(theirs)
     text = b""
