@@ -93,16 +93,15 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             GraphParameters(),
         ),
         "yolov8pose": FrameByFrameMethod(
-            "YOLOv8-pose's keypoints and PnP in each frame by itself, colour alone (the paper's); "
-            "judged on every 5th frame"
+            "YOLOv8-pose's keypoints and PnP in each frame by itself, colour alone (the paper's)"
         ),
         "yolov8pose-apart": FrameByFrameMethod(
-            "yolov8pose, its network trained without images of joined parts (every 5th frame)",
+            "yolov8pose, its network trained without images of joined parts",
             ablation_of="yolov8pose",
             variant="without-assembled",
         ),
         "yolov8pose+depth": FrameByFrameMethod(
-            "yolov8pose with the distance fixed by measured depth (every 5th frame)",
+            "yolov8pose with the distance fixed by measured depth",
             uses_depth=True,
         ),
         "gbot+reinit": _REINIT,

@@ -11,6 +11,7 @@ import logging
 import os
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -38,9 +39,32 @@ def prepare_threading_layer() -> None:
         _log.warning("TBB at %s does not load (%s): parallel kernels may be slower", library, error)
 
 
-def use_one_core() -> None:
-    """Have parallel kernels that the calling thread starts run on one core."""
-    numba.set_num_threads(1)
+def started_pair(run: Callable[[bool], None], name: str) -> tuple[threading.Thread, ...]:
+    """Two threads beside the tracker, of which one leaves the cores to it and one is urgent.
+
+    A thread cannot always get back a priority that it gave up, so what is urgent now and then
+    needs a second one. Parallel kernels of both run on one core.
+
+    Args:
+        run: called in each, with whether it is the urgent one.
+        name: of the threads.
+    """
+
+    def behind() -> None:
+        stay_behind()
+        run(False)
+
+    def urgent() -> None:
+        numba.set_num_threads(1)
+        run(True)
+
+    threads = (
+        threading.Thread(target=behind, name=name, daemon=True),
+        threading.Thread(target=urgent, name=f"{name}-urgent", daemon=True),
+    )
+    for thread in threads:
+        thread.start()
+    return threads
 
 
 def stay_behind() -> None:
@@ -49,7 +73,7 @@ def stay_behind() -> None:
     For what goes on beside it and is in no hurry: its parallel kernels run on one core, and on
     Linux, where a thread has a priority of its own, it runs there when nobody else wants to.
     """
-    use_one_core()
+    numba.set_num_threads(1)
     if sys.platform == "linux":
         with suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _LEAST_URGENT)

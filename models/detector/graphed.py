@@ -16,7 +16,8 @@ from snapfit.models.detector.losses import named
 from snapfit.models.detector.trainer import Trainer
 
 MOST_PARTS = 40
-"""Places for parts in a view; six tiles show 13 on average."""
+"""Places for parts in a view. In 80 views of six tiles each, the Nano Chuck and LiftPod showed 23
+on average and 44 at most, of which at most 38 were to be found: those have the first places."""
 
 _EAGER_STEPS = 4
 # Losses are read in one go: each reading waits for the GPU.

@@ -29,7 +29,8 @@ def entry(method: str) -> object:
 
 def summary(method: str) -> str:
     """What a method is, in a line; empty where the table of methods does not say."""
-    return str(getattr(METHODS.get(method), "summary", ""))
+    told, step = str(getattr(METHODS.get(method), "summary", "")), frame_step(method)
+    return told if step == 1 else f"{told}; judged on every {step}th frame"
 
 
 def needs_true_state(method: str) -> bool:

@@ -15,7 +15,7 @@ from snapfit.models.errors import SnapfitError
 from snapfit.models.pose import Pose
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
-from snapfit.tracking.threads import stay_behind, use_one_core
+from snapfit.tracking.threads import started_pair
 from snapfit.tracking.tracker import Tracker
 
 _LOG = logging.getLogger(__name__)
@@ -112,12 +112,7 @@ class CatchUpThread:
         self._poses: Mapping[str, Pose] | None = None
         self._is_busy = False
         self._closed = threading.Event()
-        self._threads = [
-            threading.Thread(target=self._run, args=(is_urgent,), name=name, daemon=True)
-            for is_urgent, name in ((False, "catch-up"), (True, "catch-up-urgent"))
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._threads = started_pair(self._run, "catch-up")
 
     @property
     def is_busy(self) -> bool:
@@ -159,10 +154,6 @@ class CatchUpThread:
         return self._begun is not None and (self._names <= set(self._begun[0])) == is_urgent
 
     def _run(self, is_urgent: bool) -> None:
-        if is_urgent:
-            use_one_core()
-        else:
-            stay_behind()
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._closed.is_set() or self._is_for(is_urgent))

@@ -13,7 +13,7 @@ from snapfit.models.errors import SnapfitError
 from snapfit.tracking.finding.account import LookAccount
 from snapfit.tracking.finding.finder import CountsRejections, Finder, Hypothesis
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.threads import stay_behind, use_one_core
+from snapfit.tracking.threads import started_pair
 
 _LOG = logging.getLogger(__name__)
 _PROBLEMS_REMEMBERED = 100
@@ -138,12 +138,7 @@ class LookoutThread:
         self._found: Found | None = None
         self._is_busy = self._is_closed = False
         self._problems: set[str] = set()
-        self._threads = [
-            threading.Thread(target=self._run, args=(is_urgent,), name=name, daemon=True)
-            for is_urgent, name in ((False, "lookout"), (True, "lookout-urgent"))
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._threads = started_pair(self._run, "lookout")
 
     def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
         """As in `Lookout`."""
@@ -173,10 +168,6 @@ class LookoutThread:
         return self._task is not None and (set(self._task[1]) >= set(self.names)) == is_urgent
 
     def _run(self, is_urgent: bool) -> None:
-        if is_urgent:
-            use_one_core()
-        else:
-            stay_behind()
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._is_closed or self._is_for(is_urgent))
