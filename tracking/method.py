@@ -27,10 +27,29 @@ FINDERS = MappingProxyType(
 )
 """By detector: the module of its finder."""
 
-LATENCIES_S: Mapping[str, float] = MappingProxyType({"network": 0.7, "geometric": 1.0})
-"""How long a look takes, s, by detector, on one core, with all eight parts of the largest asset
-wanted, as at a cold start; one part alone takes about a quarter of it (docs/finding.md). An answer
-comes as many frames later as a camera would have delivered meanwhile."""
+
+@dataclass(frozen=True)
+class Latency:
+    """How long a detector takes for a look.
+
+    Attributes:
+        look_s: whatever is looked for.
+        part_s: for each part more.
+    """
+
+    look_s: float
+    part_s: float
+
+    def of_parts_s(self, n_parts: int) -> float:
+        """How long it looks for so many parts, s."""
+        return self.look_s + self.part_s * n_parts
+
+
+LATENCIES: Mapping[str, Latency] = MappingProxyType(
+    {"network": Latency(0.15, 0.07), "geometric": Latency(0.1, 0.12)}
+)
+"""By detector, on one core (docs/finding.md). An answer comes as many frames later as a camera
+would have delivered meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +114,7 @@ class ReinitialisedMethod(Method):
         uses_depth: whether shape in the depth image says how what the network finds lies.
         is_published: the rule of the GBOT paper (section 3.3): every 10th frame a part that is
             detected more than 5 cm away is put there, and the tracker waits for the detector;
-            elsewhere an answer comes late, by `LATENCIES_S`.
+            elsewhere an answer comes late, by `LATENCIES`.
         is_cold: the benchmark gives it no first poses: it finds the parts by itself.
     """
 

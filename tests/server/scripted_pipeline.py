@@ -47,7 +47,7 @@ X_VELOCITY_M_PER_S = 0.1
 CAMERA = RgbdCamera(AZURE_KINECT_720P.scaled(0.25), depth=PinholeCamera(64, 48, 50, 50, 32, 24))
 END_AFTER_FRAMES = 10
 FRAMES_A_STATE = 10
-FRAMES_TO_FIND = 10
+FRAMES_TO_FIND = 20
 MARKER = ArucoMarker(kind="aruco", id=7, size_m=0.25)
 CAMERA_FROM_MARKER = Pose.from_rotation_translation(
     Pose.exp([0.6, 0.5, 0.3, 0, 0, 0]).rotation, (0.02, 0.01, 0.5)

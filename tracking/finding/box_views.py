@@ -108,8 +108,10 @@ class BoxFit:
         """(N,) whether the boxes of contours (N, 3, C) are like the region's, in shape and size."""
         size = np.ptp(contour[:, :2], axis=2)
         scale = self._camera.fx / self._region.middle_z_m
-        ratios = np.abs(np.log(np.maximum(size, 1e-4) * scale / self._region.size_px))
-        result: npt.NDArray[np.bool_] = ratios.max(axis=1) < np.log(self._parameters.size_ratio)
+        ratios = np.maximum(size, 1e-4) * scale / self._region.size_px
+        p, opens = self._parameters, self._region.open_edges
+        most = np.where(opens[:2] | opens[2:], p.open_ratio, p.size_ratio)
+        result: npt.NDArray[np.bool_] = ((ratios > 1 / p.size_ratio) & (ratios < most)).all(axis=1)
         return result
 
     def placed(self, contour: Points, surface: Points) -> Array:
@@ -117,7 +119,7 @@ class BoxFit:
         middles = np.tile(self._ray * self._region.middle_z_m, (len(contour), 1))
         for _ in range(2):
             low, high = self._bounds(contour, middles)
-            off_px = self._region.center_px - (low + high) / 2
+            off_px = self._off_px(low, high)
             middles[:, 0] += off_px[:, 0] * middles[:, 2] / self._camera.fx
             middles[:, 1] += off_px[:, 1] * middles[:, 2] / self._camera.fy
             behind = self._behind(surface, middles)
@@ -141,7 +143,7 @@ class BoxFit:
     def of_box(self, contour: Points, middles: Array) -> Array:
         """(N,) m, weighted differences of the boxes' edges as shares of their sizes."""
         low, high = self._bounds(contour, middles)
-        off = np.abs(np.concatenate([low, high], axis=1) - self._region.box_px)
+        off = np.abs(self._region.off_px(low, high))
         shares = off / np.tile(self._region.size_px, 2)
         result: Array = self._parameters.box_weight_m * np.minimum(shares, 1.0).mean(axis=1)
         return result
@@ -152,6 +154,16 @@ class BoxFit:
             return np.zeros(len(corners))
         lowest_m = self._plane.heights_m(corners).min(axis=1)
         result: Array = np.clip(-lowest_m, 0, self._parameters.reach_m)
+        return result
+
+    def _off_px(self, low: Array, high: Array) -> Array:
+        """(N, 2) how far boxes are to be moved: by their middles, or by the edge that is known."""
+        opens, box = self._region.open_edges, self._region.box_px
+        at_low, at_high = box[:2] - low, box[2:] - high
+        middle = (at_low + at_high) / 2
+        result: Array = np.where(
+            opens[:2] == opens[2:], middle, np.where(opens[:2], at_high, at_low)
+        )
         return result
 
     def _bounds(self, points: Points, middles: Array) -> tuple[Array, Array]:

@@ -17,10 +17,10 @@ from snapfit.tracking.finding.finder import Finder
 from snapfit.tracking.finding.lookout import DelayedLookout, Lookout, LookoutThread
 from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.finding.parameters import SelfStartParameters
-from snapfit.tracking.finding.reinitialised import delay_frames
+from snapfit.tracking.finding.reinitialised import DelayFrames
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
 from snapfit.tracking.finding.turns import in_turn
-from snapfit.tracking.method import LATENCIES_S
+from snapfit.tracking.method import LATENCIES
 from snapfit.tracking.methods import Progress, create_tracker
 from snapfit.tracking.tracker import Tracker
 
@@ -118,7 +118,7 @@ def create_offline(
     finder = create_finder(detector, parts, tracker.bodies, camera, asset, providers)
     lookout = in_turn(
         [
-            DelayedLookout(each, delay_frames(LATENCIES_S[kind], frame_rate_hz))
+            DelayedLookout(each, DelayFrames(LATENCIES[kind], frame_rate_hz))
             for kind, each in _in_turn(detector, finder, tracker)
         ]
     )

@@ -153,15 +153,31 @@ class GuidedFinder:
         for each in candidates:
             if len(told) == len(alike):
                 break
-            region = scene.regions.cut(each.box_px, each.score)
-            found = None if region is None else self._best(scene, region, shape)
+            found, objection = self._tried(scene, each, shape)
             if found is None:
-                self._rejected["no_fit"] += 1
-            elif (objection := self._objection(scene, self._bodies[body], found)) is not None:
                 self._rejected[objection] += 1
             elif not any(self._is_same(body, found, body, other) for other in told):
                 told.append(found)
         return told
+
+    def _tried(self, scene: _Scene, candidate: Detection, shape: int) -> tuple[Verdict | None, str]:
+        """A convincing pose for a candidate of the network; or none, and why."""
+        region = scene.regions.cut(candidate.box_px, candidate.score)
+        regions = [] if region is None else [region]
+        if region is not None and candidate.score >= self._parameters.open_score:
+            opened = scene.regions.opened(region)
+            regions += [] if opened is None else [opened]
+        body = next(each for each in self._bodies if self._shapes[each.name] == shape)
+        reason = "no_fit"
+        for each in regions:
+            found = self._best(scene, each, shape)
+            if found is None:
+                continue
+            objection = self._objection(scene, body, found)
+            if objection is None:
+                return found, ""
+            reason = objection
+        return None, reason
 
     def _best(self, scene: _Scene, region: Region, shape: int) -> Verdict | None:
         """The surest pose in a region; None where no view fits."""

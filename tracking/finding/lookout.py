@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -90,10 +90,11 @@ class DelayedLookout:
 
     Args:
         finder: that looks.
-        delay_frames: how many frames later `take` has the answer; 1: at the next frame.
+        delay_frames: how many frames later `take` has the answer, 1: at the next frame; or how
+            that follows from the number of parts that are looked for.
     """
 
-    def __init__(self, finder: Finder, delay_frames: int) -> None:
+    def __init__(self, finder: Finder, delay_frames: int | Callable[[int], int]) -> None:
         self.names, self.account = finder.names, LookAccount()
         self._finder, self._delay_frames = finder, delay_frames
         self._found: Found | None = None
@@ -103,7 +104,9 @@ class DelayedLookout:
         """As in `Lookout`."""
         if self._found is not None:
             return False
-        self._found, self._left = look(self._finder, frame, wanted), self._delay_frames
+        delay = self._delay_frames
+        self._left = delay if isinstance(delay, int) else delay(len(set(wanted)))
+        self._found = look(self._finder, frame, wanted)
         self.account = _entered(self.account, self._found)
         return True
 

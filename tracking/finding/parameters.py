@@ -73,6 +73,7 @@ class BoxParameters:
     Attributes:
         turns: about the line of sight, evenly.
         size_ratio: between the sides of a view's box and the network's, at most.
+        open_ratio: the same, of sides of which an end may be hidden.
         reach_m: an error counts as much at most; what is so much nearer hides the part.
         hidden_share: of it, that a hidden point counts.
         box_weight_m: of the difference between the boxes.
@@ -82,6 +83,7 @@ class BoxParameters:
 
     turns: int = 24
     size_ratio: float = 1.5
+    open_ratio: float = 2.5
     reach_m: float = 0.015
     hidden_share: float = 0.5
     box_weight_m: float = 0.02
@@ -125,6 +127,8 @@ class GuidedParameters:
         least_tried, clear_score: so many poses of a region are refined at least; after that no
             more, if one of them scores so much.
         least_score: that is told (see `Verdict.score`).
+        open_score: of the network, from which on a box that no view fits may be that of the
+            visible piece alone.
         least_evidence: lines and points that took part.
         deepest_m: how far a part may reach into the plane.
     """
@@ -135,6 +139,7 @@ class GuidedParameters:
     least_tried: int = 3
     clear_score: float = 0.85
     least_score: float = 0.65
+    open_score: float = 0.45
     least_evidence: int = 100
     deepest_m: float = 0.012
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,23 +12,30 @@ from snapfit.models.pose import Array
 from snapfit.tracking.finding.point_cloud import PointCloud
 
 _FEWEST_POINTS = 12
+# What may hide the rest of a part: how wide a strip outside an edge is looked at, as a share of
+# the box, and which share of it must be filled by what is no farther than this behind.
+_STRIP, _FILLED, _BEHIND_M = 0.15, 0.25, 0.02
+
+Edges = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A box around a whole part, hidden or joined as it may be.
+    """A box around a part, hidden or joined as it may be.
 
     Attributes:
         box_px: (4,) left, top, right, bottom in the image of the cloud's camera.
         score: of the network's class, 0 to 1.
         stands: (h, w) points of the cloud that rise above the plane, of the whole image.
         middle_z_m: median distance along z of what is measured inside and rises above the plane.
+        open_edges: (4,) bool, left, top, right, bottom: the part may go on beyond it, hidden.
     """
 
     box_px: Array
     score: float
     stands: npt.NDArray[np.bool_]
     middle_z_m: float
+    open_edges: Edges = field(default_factory=lambda: np.zeros(4, dtype=bool))
 
     @property
     def size_px(self) -> Array:
@@ -41,6 +48,15 @@ class Region:
         """(2,) column and row of the box's middle."""
         center: Array = (self.box_px[:2] + self.box_px[2:]) / 2
         return center
+
+    def off_px(self, low: Array, high: Array) -> Array:
+        """(N, 4) how far edges of boxes from low to high (N, 2) are off those of the region, px.
+
+        At an open edge only a box that ends inside is off.
+        """
+        off = np.concatenate([self.box_px[:2] - low, high - self.box_px[2:]], axis=1)
+        result: Array = np.where(self.open_edges, np.minimum(off, 0.0), off)
+        return result
 
 
 class RegionMap:
@@ -83,3 +99,22 @@ class RegionMap:
         places = self._cloud.camera.project(depth_from_color.transform(np.array(corners)))
         box = np.concatenate([places.min(axis=0), places.max(axis=0)])
         return Region(box, score, self._stands, z_m)
+
+    def opened(self, region: Region) -> Region | None:
+        """The region as the visible piece of a part, None if nothing around can hide the rest.
+
+        Networks often put the box around what they see, and not around the whole part. So it may
+        go on where something stands right outside of the box that is no farther away.
+        """
+        height, width = self._stands.shape
+        left, top, right, bottom = np.rint(region.box_px).astype(int)
+        across, down = (max(2, round(_STRIP * float(side))) for side in region.size_px)
+        strips = (
+            np.s_[max(top, 0) : bottom, max(left - across, 0) : max(left, 0)],
+            np.s_[max(top - down, 0) : max(top, 0), max(left, 0) : right],
+            np.s_[max(top, 0) : bottom, min(right, width) : right + across],
+            np.s_[min(bottom, height) : bottom + down, max(left, 0) : right],
+        )
+        hides = self._stands & (self._cloud.depth_m < region.middle_z_m + _BEHIND_M)
+        edges = np.array([hides[strip].size and hides[strip].mean() > _FILLED for strip in strips])
+        return replace(region, open_edges=edges) if edges.any() else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import import_module
 
 from snapfit.models.asset import Asset, Part
@@ -13,7 +14,7 @@ from snapfit.tracking.finding.lookout import DelayedLookout
 from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
 from snapfit.tracking.finding.turns import in_turn
-from snapfit.tracking.method import FINDERS, LATENCIES_S, NETWORK, ReinitialisedMethod
+from snapfit.tracking.method import FINDERS, LATENCIES, NETWORK, Latency, ReinitialisedMethod
 from snapfit.tracking.tracker import Tracker
 
 _SLACK_FRAMES = 1e-6
@@ -47,12 +48,29 @@ def reinitialised(
         finders = import_module(FINDERS["network"]).finders_in_turn(finder, tracker.bodies)
     lookout = in_turn(
         [
-            DelayedLookout(each, delay_frames(LATENCIES_S[kind], frame_rate_hz))
+            DelayedLookout(each, DelayFrames(LATENCIES[kind], frame_rate_hz))
             for kind, each in finders
         ]
     )
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, tracker.camera))
     return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up)
+
+
+@dataclass(frozen=True)
+class DelayFrames:
+    """How many frames later a detector's answer comes, by the number of parts that it looks for.
+
+    Args:
+        latency: of the detector.
+        frame_rate_hz: of the camera.
+    """
+
+    latency: Latency
+    frame_rate_hz: float
+
+    def __call__(self, n_parts: int) -> int:
+        """The delay with so many parts."""
+        return delay_frames(self.latency.of_parts_s(n_parts), self.frame_rate_hz)
 
 
 def delay_frames(latency_s: float, frame_rate_hz: float) -> int:

@@ -95,8 +95,7 @@ class SelfStartingTracker:
             if found is not None:
                 self._use(found, frame, others)
             if self._catch_up is not None and (starts := self._catch_up.take()) is not None:
-                self._begin(frame, starts, others, are_rough=False)
-                self._found_in = None
+                self._arrive(frame, starts, others)
         result = self._tracker.track(frame, *others)
         self._take_in(result)
         if frame is not None:
@@ -107,24 +106,44 @@ class SelfStartingTracker:
     def _use(self, found: Found, frame: Frame, others: Sequence[Frame | None]) -> None:
         """Start parts that are searched for; have poses of others tried out."""
         carried = [self._carried(each) for each in found.hypotheses]
-        searched = [name for name in self.names if self._is_searched(name)]
+        missing = [name for name in self.names if self._is_missing(name)]
         known = {
-            name: each.camera_from_body
+            name: pose
             for name, each in self._last.items()
-            if each.camera_from_body is not None and self._is_sure(each) and name not in searched
+            if name not in missing and (pose := each.camera_from_body) is not None
         }
-        starts = self._assignment.assign(carried, searched, known)
-        if starts:
-            if self._catch_up is None:
-                self._begin(frame, starts, others, are_rough=True)
-            else:
-                are_rough = not all(each.is_refined for each in found.hypotheses)
-                frames = list(self._meanwhile) or [frame]
-                self._found_in = None if are_rough else (frames[0], starts)
-                self._catch_up.begin(frames, starts, are_rough=are_rough)
+        places = self._assignment.assign(carried, missing, known)
+        if self._catch_up is None:
+            starts = {name: pose for name, pose in places.items() if self._is_searched(name)}
+            self._begin(frame, starts, others, are_rough=True)
+            places = {}
+        elif places:
+            are_rough = not all(each.is_refined for each in found.hypotheses)
+            frames = list(self._meanwhile) or [frame]
+            self._found_in = None if are_rough else (frames[0], places)
+            self._catch_up.begin(frames, places, are_rough=are_rough)
         self._meanwhile.clear()
+        # A find that is followed is tried out where it leads to.
+        self._try_out([each for each in carried if each.part not in places])
+
+    def _arrive(
+        self, frame: Frame, arrived: Mapping[str, Pose], others: Sequence[Frame | None]
+    ) -> None:
+        """Use poses of parts that were found, and followed since."""
+        self._begin(frame, arrived, others, are_rough=False)
+        self._found_in = None
+        self._try_out(
+            [
+                Hypothesis(name, pose, 1.0)
+                for name, pose in arrived.items()
+                if not self._is_searched(name)
+            ]
+        )
+
+    def _try_out(self, hypotheses: Sequence[Hypothesis]) -> None:
+        """Have the tracker compare poses of parts that have been started with those it has."""
         proposed: dict[str, list[Pose]] = {}
-        for each in carried:
+        for each in hypotheses:
             if self._may_be_elsewhere(each):
                 proposed.setdefault(each.part, []).append(each.camera_from_body)
         if proposed and self._tracker.looks_for_parts:
@@ -162,10 +181,15 @@ class SelfStartingTracker:
     def _carried(self, hypothesis: Hypothesis) -> Hypothesis:
         """Where a find is by now: it went as the part was seen to go since."""
         then, now = self._then.get(hypothesis.part), self._last.get(hypothesis.part)
-        if then is None or now is None or now.camera_from_body is None:
+        if then is None or now is None or now.camera_from_body is None or not self._is_sure(now):
             return hypothesis
         pose = now.camera_from_body @ then.inverse() @ hypothesis.camera_from_body
         return replace(hypothesis, camera_from_body=pose)
+
+    def _is_missing(self, name: str) -> bool:
+        """Whether it is not known where a part is by now."""
+        last = self._last.get(name)
+        return last is None or self._is_searched(name) or not self._is_sure(last)
 
     def _is_searched(self, name: str) -> bool:
         """Whether a part is to start where it is found."""
@@ -232,7 +256,7 @@ class SelfStartingTracker:
         if self._lookout.offer(frame, tuple(missing) or self._lookout.names):
             self._since_look = 0
             self._meanwhile.clear()
-            if any(self._is_searched(name) for name in self.names):
+            if any(self._is_missing(name) for name in self.names):
                 self._meanwhile.append(frame)
             self._then = {
                 name: each.camera_from_body

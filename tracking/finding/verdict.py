@@ -70,7 +70,7 @@ def judged(settled: Attempt, drawn: Rendering, cloud: PointCloud, region: Region
     if is_part.any():
         rows, columns = np.flatnonzero(is_part.any(axis=1)), np.flatnonzero(is_part.any(axis=0))
         edges = np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1]) - 0.5
-        box = _overlap(edges, region.box_px)
+        box = _overlap(edges, _known_box(edges, region))
         behind = cloud.depth_m[is_part] - drawn.depth[is_part]
         asked = (cloud.depth_m[is_part] > 0) & (behind >= -_AGREES_M)
         n_there = int((behind[asked] <= _AGREES_M).sum())
@@ -93,6 +93,14 @@ def _beside(drawn: Rendering, cloud: PointCloud, region: Region) -> int:
     near, far = z[part].min() - _NEARER_M, z[part].max() + _FARTHER_M
     others = region.stands[window] & ~part & (measured > near) & (measured < far)
     return int(others.sum())
+
+
+def _known_box(drawn: Array, region: Region) -> Array:
+    """The region's box (4,), its open edges as far out as those of a drawn part."""
+    box, opens = region.box_px, region.open_edges
+    low, high = np.minimum(box, drawn), np.maximum(box, drawn)
+    result: Array = np.where(opens, np.concatenate([low[:2], high[2:]]), box)
+    return result
 
 
 def _overlap(box: Array, other: Array) -> float:

@@ -14,9 +14,9 @@ from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding import reinitialised
 from snapfit.tracking.finding.open3d_module import open3d
 from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
-from snapfit.tracking.finding.reinitialised import delay_frames
+from snapfit.tracking.finding.reinitialised import DelayFrames, delay_frames
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
-from snapfit.tracking.method import LATENCIES_S
+from snapfit.tracking.method import LATENCIES, Latency
 from snapfit.tracking.methods import create_tracker
 
 NETWORK = ("gbot+reinit", "gbot+reinit-cold", "gbot+reinit-paper")
@@ -35,6 +35,11 @@ def test_a_detection_comes_as_many_frames_later_as_it_took(latency_s, rate_hz, f
     assert delay_frames(latency_s, rate_hz) == frames
 
 
+def test_a_look_for_more_parts_takes_longer() -> None:
+    delay = DelayFrames(Latency(0.1, 0.05), 30.0)
+    assert [delay(n) for n in (1, 2, 8)] == [5, 6, 15]
+
+
 @pytest.mark.parametrize("rate_hz", [30.0, 15.0])
 def test_the_delay_follows_the_frame_rate(tmp_path, monkeypatch, rate_hz) -> None:
     delays = []
@@ -50,7 +55,7 @@ def test_the_delay_follows_the_frame_rate(tmp_path, monkeypatch, rate_hz) -> Non
     with suppress(TrackingError):
         open3d()
         kinds = ["geometric", "network"]
-    assert delays == [delay_frames(LATENCIES_S[kind], rate_hz) for kind in kinds]
+    assert delays == [DelayFrames(LATENCIES[kind], rate_hz) for kind in kinds]
 
 
 @pytest.mark.parametrize(("method", "uses_depth"), [("gbot+reinit", True), (NETWORK[2], False)])

@@ -15,7 +15,8 @@ def test_parts_on_the_bench_are_tracked_without_a_first_pose(clamp, camera, lyin
     tracker = create_offline("gbot", "geometric", clamp, camera, ASSET, frame_rate_hz=3.0)
     frame = draw(clamp, lying)
     results = [tracker.track(frame) for _ in range(9)]
-    assert {each.status for each in results[2].parts} == {Status.SEARCHING}
+    # A look for three parts takes more than a frame at this rate.
+    assert {each.status for each in results[1].parts} == {Status.SEARCHING}
     assert results[-1].state == "parts-free"
     for each in results[-1].parts:
         assert each.status is Status.TRACKED, each.part

@@ -114,6 +114,21 @@ def test_a_part_behind_something_is_found_by_what_is_left_of_it(clamp, bodies, l
     assert_found(found, clamp, {"base": lying["base"]})
 
 
+def test_a_box_may_be_that_of_the_visible_piece_alone(clamp, bodies, lying, draw):
+    """A hand holds one end, and the network boxes what it sees of the other."""
+    frame, bolt = draw(clamp, lying), clamp[2]
+    left, top, right, bottom = around(bolt, lying["bolt"])
+    seen = left + 0.50 * (right - left)
+    color, depth = frame.color.copy(), frame.depth.copy()
+    hand = np.s_[round(top) : round(bottom) + 1, round(seen) : round(right) + 1]
+    color[hand] = (60, 80, 200)
+    depth[hand] = round(0.5 / CAMERA.depth_scale_m)
+    boxes = [("bolt", (left, top, seen, bottom), 0.8)]
+    held = replace(frame, color=color, depth=depth)
+    found = finder_of(clamp, bodies, boxes).find(held, ["bolt"])
+    assert_found(found, clamp, {"bolt": lying["bolt"]})
+
+
 def test_nothing_is_told_of_a_box_around_another_part(clamp, bodies, lying, draw):
     boxes = [("bolt", around(clamp[0], lying["base"]), 0.9)]
     finder = finder_of(clamp, bodies, boxes)

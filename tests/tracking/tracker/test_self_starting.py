@@ -123,6 +123,40 @@ def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(parts, 
     assert estimate.camera_from_body.distance_to(at(17)["jaw"]) < 0.002
 
 
+def test_a_part_that_was_lost_is_tried_out_where_it_has_gone_since(parts, draw) -> None:
+    """It comes out of a hand elsewhere, and moves on while it is looked for."""
+
+    def at(number: int) -> dict[str, Pose]:
+        if number < 0:
+            return {"jaw": THERE}
+        gone = Pose.from_translation(0.04 + 0.006 * number, 0.1, -0.02) @ THERE
+        return {"jaw": gone @ Pose.exp([0.0, 1.2, 0.4, 0, 0, 0])}
+
+    class Watching(FakeFinder):
+        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+            found = super().find(frame, wanted) if int(frame.name) >= 0 else []
+            pose = at(int(frame.name))["jaw"]
+            return [replace(each, camera_from_body=pose, is_refined=True) for each in found]
+
+    tracker = SelfStartingTracker(
+        create_tracker("gbot-without-graph", parts[:1], CAMERA),
+        parts[:1],
+        DelayedLookout(Watching({"jaw": THERE}), 15),
+        catch_up=ImmediateCatchUp(Tracker(load_bodies(parts[:1]), CAMERA)),
+    )
+    tracker.start(draw(parts[:1], {"jaw": THERE}), {"jaw": THERE})
+    u, v = CAMERA.color.project(THERE.translation[None])[0].astype(int)
+    cover = (slice(v - 130, v + 130), slice(u - 130, u + 130), 0.4)
+    for number in range(-16, 0):
+        hidden = draw(parts[:1], at(number), cover=cover, name=str(number))
+        tracker.track(hidden if number >= -12 else draw(parts[:1], at(number), name=str(number)))
+    for number in range(34):
+        frame = draw(parts[:1], at(number), name=str(number))
+        said = tracker.track(frame).parts[0]
+    assert said.status is Status.TRACKED
+    assert said.camera_from_body.distance_to(at(33)["jaw"]) < 0.002
+
+
 def test_after_a_knock_parts_are_found_where_they_are_now(parts, draw) -> None:
     before = {"jaw": HERE, "twin": THERE}
     knock = Pose.from_translation(0.03, 0.09, 0.02) @ Pose.exp([0, 0, 0.5, 0, 0, 0])

@@ -75,6 +75,9 @@ namespace Snapfit.Tests
         {
             using (SnapfitClient client = new SnapfitClient(options))
             {
+                // A part that is still looked for is not looked for again.
+                Live.Until(
+                    () => Live.Get(client.GetPosesAsync).Find("jaw").HasPose, 30, "finds the jaw");
                 CommandResult set = Live.Get(token => client.SetStateAsync("jaw-mounted", token));
                 Check.That(set.Changed, "changed");
                 Check.Equal("jaw-mounted", set.State);
