@@ -13,15 +13,15 @@ from dataclasses import replace
 
 from snapfit.models.asset import Part
 from snapfit.models.pose import Pose
-from snapfit.models.symmetry import Symmetry, distance_modulo_symmetry
 from snapfit.tracking.finding.account import FindingAccount
 from snapfit.tracking.finding.assignment import Assignment
 from snapfit.tracking.finding.catch_up import CatchUp
 from snapfit.tracking.finding.finder import Hypothesis
+from snapfit.tracking.finding.history import History
 from snapfit.tracking.finding.lookout import Found, Lookout
 from snapfit.tracking.finding.parameters import SelfStartParameters
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+from snapfit.tracking.result import Status, TrackingResult
 from snapfit.tracking.tracker import Tracker
 
 _MEANWHILE_FRAMES = 60
@@ -54,15 +54,15 @@ class SelfStartingTracker:
         self._tracker, self._lookout, self._catch_up = tracker, lookout, catch_up
         self._meanwhile: deque[Frame] = deque(maxlen=_MEANWHILE_FRAMES)
         self._parameters = parameters or SelfStartParameters()
-        self._symmetries: dict[str, Symmetry] = {part.name: part.symmetry for part in parts}
+        self._history = History(
+            {part.name: part.symmetry for part in parts},
+            self._parameters,
+            tries_poses=tracker.looks_for_parts,
+        )
         self._assignment = Assignment(tracker.bodies)
         self._found_as = self._assignment.found_as(lookout.names)
-        self._last: dict[str, PartEstimate] = {}
-        self._then: dict[str, Pose] = {}
-        self._linked_to: dict[str, str | None] = {}
+        self._then: Mapping[str, Pose] = {}
         self._trial = dict.fromkeys(self.names, 0)
-        self._lost_for = dict.fromkeys(self.names, 0)
-        self._unsure_for = dict.fromkeys(self.names, 0)
         self._since_look = self._parameters.every_frames
         self._found_in: tuple[Frame, Mapping[str, Pose]] | None = None
         self._started = self._dropped = 0
@@ -97,25 +97,22 @@ class SelfStartingTracker:
             if self._catch_up is not None and (starts := self._catch_up.take()) is not None:
                 self._arrive(frame, starts, others)
         result = self._tracker.track(frame, *others)
-        self._take_in(result)
+        self._history.add(result)
+        self._judge_trials(result)
         if frame is not None:
             self._keep(frame)
             self._look(frame)
         return result
 
     def _use(self, found: Found, frame: Frame, others: Sequence[Frame | None]) -> None:
-        """Start parts that are searched for; have poses of others tried out."""
+        """Follow what is missing to where it is now; have poses of others tried out."""
+        history = self._history
         carried = [self._carried(each) for each in found.hypotheses]
-        missing = [name for name in self.names if self._is_missing(name)]
-        known = {
-            name: pose
-            for name, each in self._last.items()
-            if name not in missing and (pose := each.camera_from_body) is not None
-        }
+        missing = history.missing()
+        known = {name: pose for name, pose in history.sure().items() if name not in missing}
         places = self._assignment.assign(carried, missing, known)
         if self._catch_up is None:
-            starts = {name: pose for name, pose in places.items() if self._is_searched(name)}
-            self._begin(frame, starts, others, are_rough=True)
+            self._begin(frame, places, others, are_rough=True)
             places = {}
         elif places:
             are_rough = not all(each.is_refined for each in found.hypotheses)
@@ -130,23 +127,18 @@ class SelfStartingTracker:
         self, frame: Frame, arrived: Mapping[str, Pose], others: Sequence[Frame | None]
     ) -> None:
         """Use poses of parts that were found, and followed since."""
+        others_found = [
+            Hypothesis(name, pose, 1.0)
+            for name, pose in arrived.items()
+            if not self._history.is_searched(name)
+        ]
         self._begin(frame, arrived, others, are_rough=False)
         self._found_in = None
-        self._try_out(
-            [
-                Hypothesis(name, pose, 1.0)
-                for name, pose in arrived.items()
-                if not self._is_searched(name)
-            ]
-        )
+        self._try_out(others_found)
 
     def _try_out(self, hypotheses: Sequence[Hypothesis]) -> None:
         """Have the tracker compare poses of parts that have been started with those it has."""
-        proposed: dict[str, list[Pose]] = {}
-        for each in hypotheses:
-            if self._may_be_elsewhere(each):
-                proposed.setdefault(each.part, []).append(each.camera_from_body)
-        if proposed and self._tracker.looks_for_parts:
+        if proposed := self._history.tried_out(hypotheses):
             self._tracker.propose(proposed)
 
     def _begin(
@@ -161,13 +153,13 @@ class SelfStartingTracker:
         starts = {
             name: pose
             for name, pose in starts.items()
-            if self._is_searched(name) and pose.translation[2] > 0
+            if self._history.is_searched(name) and pose.translation[2] > 0
         }
         if not starts:
             return
         for name in starts:
             self._tracker.stop(name)
-            self._lost_for[name] = self._unsure_for[name] = 0
+            self._history.begin(name)
         if self._found_in is None or len(self.cameras) > 1:
             self._tracker.start(frame, starts, *others, are_rough=are_rough)
         else:
@@ -180,62 +172,25 @@ class SelfStartingTracker:
 
     def _carried(self, hypothesis: Hypothesis) -> Hypothesis:
         """Where a find is by now: it went as the part was seen to go since."""
-        then, now = self._then.get(hypothesis.part), self._last.get(hypothesis.part)
-        if then is None or now is None or now.camera_from_body is None or not self._is_sure(now):
+        then, now = (each.get(hypothesis.part) for each in (self._then, self._history.sure()))
+        if then is None or now is None:
             return hypothesis
-        pose = now.camera_from_body @ then.inverse() @ hypothesis.camera_from_body
+        pose = now @ then.inverse() @ hypothesis.camera_from_body
         return replace(hypothesis, camera_from_body=pose)
 
-    def _is_missing(self, name: str) -> bool:
-        """Whether it is not known where a part is by now."""
-        last = self._last.get(name)
-        return last is None or self._is_searched(name) or not self._is_sure(last)
-
-    def _is_searched(self, name: str) -> bool:
-        """Whether a part is to start where it is found."""
-        last = self._last.get(name)
-        if last is None or last.status is Status.SEARCHING:
-            return True
-        if not self._tracker.looks_for_parts:
-            # This tracker cannot try poses out: whom it does not see, or only doubtfully for some
-            # time, starts anew.
-            unseen = last.status in (Status.LOST, Status.PREDICTED)
-            return unseen or self._unsure_for[name] > self._parameters.doubt_frames
-        # A module comes back as a whole, from poses that are tried out.
-        is_module = self._linked_to.get(name) is not None or name in self._linked_to.values()
-        return not is_module and self._lost_for[name] > self._parameters.given_up_frames
-
-    def _may_be_elsewhere(self, hypothesis: Hypothesis) -> bool:
-        """Whether a find tells of a part that has been started, and tells something new."""
-        last, p = self._last.get(hypothesis.part), self._parameters
-        if last is None or last.status is Status.SEARCHING:
-            return False
-        if last.camera_from_body is None or not self._is_sure(last):
-            return True
-        symmetry = self._symmetries[hypothesis.part]
-        distance_m, angle_rad = distance_modulo_symmetry(
-            last.camera_from_body, hypothesis.camera_from_body, symmetry
-        )
-        return bool(distance_m >= p.same_m or angle_rad >= p.same_rad)
-
-    def _take_in(self, result: TrackingResult) -> None:
-        """Note what became of each part; one that does not stand its trial is searched for."""
-        self._last = {each.part: each for each in result.parts}
-        for name, each in self._last.items():
-            if each.camera_from_body is not None:
-                self._linked_to[name] = each.linked_to
-            is_lost = each.status is Status.LOST
-            self._lost_for[name] = self._lost_for[name] + 1 if is_lost else 0
-            self._unsure_for[name] = 0 if self._is_sure(each) else self._unsure_for[name] + 1
+    def _judge_trials(self, result: TrackingResult) -> None:
+        """A part that does not stand its trial is searched for."""
+        for each in result.parts:
             # What is hidden neither stands its trial nor fails: it goes on when it is seen again.
             is_hidden = each.status is Status.PREDICTED and each.visibility < _HIDDEN
-            if self._trial[name] == 0 or is_hidden:
+            if self._trial[each.part] == 0 or is_hidden:
                 continue
-            self._trial[name] -= 1
+            self._trial[each.part] -= 1
             if each.confidence < self._parameters.least_confidence:
-                self._tracker.stop(name)
+                self._tracker.stop(each.part)
+                self._history.begin(each.part)
                 self._dropped += 1
-                self._trial[name] = self._lost_for[name] = 0
+                self._trial[each.part] = 0
 
     def _keep(self, frame: Frame) -> None:
         """Keep what comes while parts are looked for that will start."""
@@ -247,7 +202,7 @@ class SelfStartingTracker:
     def _look(self, frame: Frame) -> None:
         """Offer the frame where something is missing, and now and then."""
         self._since_look += 1
-        unsure = [name for name, each in self._last.items() if not self._is_sure(each)]
+        unsure = self._history.unsure()
         missing = dict.fromkeys(each for name in unsure for each in self._found_as[name])
         if not missing and self._since_look < self._parameters.every_frames:
             return
@@ -256,14 +211,6 @@ class SelfStartingTracker:
         if self._lookout.offer(frame, tuple(missing) or self._lookout.names):
             self._since_look = 0
             self._meanwhile.clear()
-            if any(self._is_missing(name) for name in self.names):
+            if self._history.missing():
                 self._meanwhile.append(frame)
-            self._then = {
-                name: each.camera_from_body
-                for name, each in self._last.items()
-                if each.camera_from_body is not None
-            }
-
-    def _is_sure(self, estimate: PartEstimate) -> bool:
-        seen = estimate.status in (Status.TRACKED, Status.INFERRED)
-        return seen and estimate.confidence >= self._parameters.sure_confidence
+            self._then = self._history.sure()
