@@ -11,7 +11,12 @@ from collections.abc import Callable, Sequence
 from snapfit.models.errors import SnapfitError
 from snapfit.models.recording import Recording
 from snapfit.tracking.benchmark.notes import Notes
-from snapfit.tracking.benchmark.roster import frame_step, needs_true_state, starts_cold
+from snapfit.tracking.benchmark.roster import (
+    frame_step,
+    is_told_poses,
+    needs_true_state,
+    starts_cold,
+)
 from snapfit.tracking.benchmark.run import Run
 from snapfit.tracking.benchmark.sequences import SequenceFolder
 from snapfit.tracking.errors import FrameError, TrackingError
@@ -71,7 +76,12 @@ class Entrant:
 
     def judged(self, folder: SequenceFolder) -> Run:
         """Its run, when the sequence is over."""
-        return self._notes.judged(folder, self._method, is_told_state=self._is_told_state)
+        return self._notes.judged(
+            folder,
+            self._method,
+            is_told_state=self._is_told_state,
+            is_told_poses=is_told_poses(self._method),
+        )
 
     def _tell_state(self, frame: str) -> None:
         state = self._recording.truth[frame].state

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from snapfit.models.pose import Pose
-from snapfit.models.recording import Recording
+from snapfit.models.recording import GroundTruth, Recording
+from snapfit.tracking.benchmark.instances import matched
 from snapfit.tracking.benchmark.judge import MISSED, PartJudge
 from snapfit.tracking.benchmark.run import STATUSES, Array, Run
 from snapfit.tracking.benchmark.sequences import SequenceFolder
@@ -64,19 +65,29 @@ class Notes:
                 if estimate.covariance is not None:
                     self._covariances[number, i] = estimate.covariance
 
-    def judged(self, folder: SequenceFolder, method: str, *, is_told_state: bool) -> Run:
+    def judged(
+        self,
+        folder: SequenceFolder,
+        method: str,
+        *,
+        is_told_state: bool,
+        is_told_poses: bool = True,
+    ) -> Run:
         """The run, every frame judged that it was shown.
 
         Args:
             folder: names of asset and condition.
             method: its name.
             is_told_state: as in `Run`.
+            is_told_poses: whether it was given first poses, and so which part is which.
         """
         recording = self._recording
         parts = recording.parts
         taken = self._taken
         names = [recording.frames[number].name for number in taken]
         truths = [recording.truth[name] for name in names]
+        if not is_told_poses:
+            self._match(truths)
         errors, nees = self._errors(names)
         visibility = [[t.visibility.get(part.name, np.nan) for part in parts] for t in truths]
         return Run(
@@ -102,6 +113,14 @@ class Notes:
             true_states=np.array([truth.state or "" for truth in truths]),
             states=np.array([self._states[number] for number in taken]),
         )
+
+    def _match(self, truths: Sequence[GroundTruth]) -> None:
+        """Give estimates of parts that are made alike to those that they are nearest to."""
+        taken = np.array(self._taken, dtype=np.int64)[:, None]
+        true_poses = [truth.camera_from_body for truth in truths]
+        columns = matched(self._poses[self._taken], true_poses, self._recording.parts)
+        for noted in (self._poses, self._covariances, self._confidences, self._statuses):
+            noted[taken[:, 0]] = noted[taken, columns]
 
     def _errors(self, names: Sequence[str]) -> tuple[Array, Array]:
         """(F, P, 5) errors and (F, P, 3) normalised ones, of the frames taken."""

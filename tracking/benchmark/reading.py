@@ -6,17 +6,19 @@ from snapfit.tracking.benchmark.tables import TOLD
 from snapfit.tracking.metrics import MOST_VERTICES
 
 READING = f"""\
-Every run starts from the true poses of its first frame, which counts as any other; a method whose \
-name ends in `-cold` is given no pose, and the frames before its first find count too. What a \
-detector beside the tracker finds comes as many frames later as its declared latency lasts; its \
-own time is in that of the frame in which it looks, though live it would look in a thread of its \
-own. A frame without an estimate is a failure: beyond every threshold, 10 cm in e_trans, 180 \
-degrees in e_rot, infinite in medians. ADD is taken of parts without symmetry, ADD-S of symmetric \
-ones, as the mean over the mesh's vertices (of more than {MOST_VERTICES} a fixed sample of \
-{MOST_VERTICES}, seed 0); MSSD and MSPD go over all vertices. A row is the mean over all parts and \
-frames of a sequence; means are over such rows, every sequence weighing the same. *Overall* is the \
-paper's four conditions: normal, dynamic, hand and blur; `all`, everything at once, stands apart. \
-The score at 10 cm flatters everybody: read it together with the strict figures.
+Every run starts from the true poses of its first frame, which counts as any other; a method \
+whose name ends in `-cold` is given no pose, and the frames before its first find count too. Who \
+is given no pose, or remembers nothing of it, cannot tell parts of one mesh apart: its estimates \
+count for those of them that they are nearest to, frame by frame, as BOP does. What a detector \
+beside the tracker finds comes as many frames later as its declared latency lasts; its own time \
+is in that of the frame in which it looks, though live it would look in a thread of its own. A \
+frame without an estimate is a failure: beyond every threshold, 10 cm in e_trans, 180 degrees in \
+e_rot, infinite in medians. ADD is taken of parts without symmetry, ADD-S of symmetric ones, as \
+the mean over the mesh's vertices (of more than {MOST_VERTICES} a fixed sample of \
+{MOST_VERTICES}, seed 0); MSSD and MSPD go over all vertices. A row is the mean over all parts \
+and frames of a sequence; means are over such rows, every sequence weighing the same. *Overall* \
+is the paper's four conditions: normal, dynamic, hand and blur; `all`, everything at once, stands \
+apart. The score at 10 cm flatters everybody: read it together with the strict figures.
 
 - **As in the paper. ADD(-S)**: score at 10 cm, mean of max(1 - e / 10 cm, 0), %; **< 10 cm**: \
 frames under 10 cm, %; **e_trans**: cm; **e_rot**: degrees, parts without symmetry; **ms**: \

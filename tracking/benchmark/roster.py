@@ -53,6 +53,11 @@ def frame_step(method: str) -> int:
     return int(getattr(METHODS.get(method), "frame_step", 1))
 
 
+def is_told_poses(method: str) -> bool:
+    """Whether a method is given first poses, and remembers from them which part is which."""
+    return not starts_cold(method) and frame_step(method) == 1
+
+
 def follows_states(method: str) -> bool:
     """Whether a method follows the assembly state by itself, and can be told where it begins."""
     graph = getattr(METHODS.get(method), "graph", None)
