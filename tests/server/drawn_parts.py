@@ -16,6 +16,7 @@ from snapfit.models.camera import PinholeCamera
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Pose
 from snapfit.models.rasteriser import render
+from snapfit.server.conventions import AXES, Convention
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -53,7 +54,7 @@ class Shot:
     """One drawing.
 
     Attributes:
-        snapshot: of the moment that was drawn, in the camera's frame, OpenCV's axes.
+        snapshot: of the moment that was drawn, in the camera's frame, the page's own axes.
         picture_at_us: exposure of the picture below.
         drawn: (H, W) bool, where anything is drawn.
     """
@@ -65,8 +66,11 @@ class Shot:
     def expected(self, camera: PinholeCamera, meshes: Mapping[str, Mesh]) -> Mask:
         """Where parts are seen by the camera, drawn by the rasteriser, as `drawn`."""
         factor = self.drawn.shape[1] / camera.width
+        axes = AXES[Convention(self.snapshot["convention"])].inverse
         poses = {
-            part["part"]: Pose.from_quaternion(part["orientation"], part["position"])
+            part["part"]: Pose.from_quaternion(
+                axes.quaternion(part["orientation"]), axes.vector(part["position"])
+            )
             for part in self.snapshot["parts"]
             if part["position"] is not None
         }
