@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from patience import within
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, LocatorAssertions, Page
@@ -26,6 +27,21 @@ _ARGUMENTS = [
     *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 ]
 
+# What the page's own sockets tell is kept beside, the newest of it: `window.told`, by exposure.
+_LISTEN = """
+window.told = new Map();
+window.WebSocket = class extends WebSocket {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener("message", ({ data }) => {
+      const snapshot = JSON.parse(data);
+      window.told.set(snapshot.captured_at_us, snapshot);
+      if (window.told.size > 200) window.told.delete(window.told.keys().next().value);
+    });
+  }
+};
+"""
+
 needs_browser = pytest.mark.skipif(
     CHROMIUM is None or find_spec("playwright") is None,
     reason="there is no chromium to look with, or no playwright: snapfit[test]",
@@ -36,7 +52,7 @@ def expect(locator: Locator) -> LocatorAssertions:
     """Playwright's assertions, which wait; unlike `wait_for_function` they need no eval."""
     from playwright.sync_api import expect as playwrights
 
-    playwrights.set_options(timeout=LIMIT_MS)
+    playwrights.set_options(timeout=within(LIMIT_MS))
     return playwrights(locator)
 
 
@@ -83,9 +99,10 @@ def looking(
     """
     context = browser.new_context(viewport={"width": size[0], "height": size[1]})
     page = context.new_page()
-    page.set_default_timeout(LIMIT_MS)
+    page.set_default_timeout(within(LIMIT_MS))
     errors: list[Any] = []
     page.on("pageerror", lambda error: errors.append(error))
+    page.add_init_script(_LISTEN)
     if before is not None:
         page.add_init_script(before)
     try:

@@ -10,44 +10,43 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
+from patience import within
 
 from snapfit.models.camera import PinholeCamera
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Pose
 from snapfit.models.rasteriser import render
+from snapfit.server.conventions import AXES, Convention
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 Mask = npt.NDArray[np.bool_]
 
-# The page tells which moment it has just drawn; a stream of our own tells where the parts were.
+# The page tells which moment it has just drawn. Only drawings of which it had a snapshot of that
+# very moment count: others are between two snapshots, and a busy browser misses many.
 _COLLECT = """
-async ([count, apartUs]) => {
-  const seen = new Map();
-  const socket = new WebSocket(new URL("v1/stream", location.href.replace("http", "ws")));
-  socket.onmessage = (event) => {
-    const snapshot = JSON.parse(event.data);
-    seen.set(snapshot.captured_at_us, snapshot);
-  };
+async ([count, apartUs, limitMs]) => {
   const canvas = document.getElementById("overlay");
   const shots = [];
   let last = 0;
+  let drawings = 0;
   await new Promise((resolve, reject) => {
-    const late = () => `${shots.length} of ${count} drawings, ${seen.size} snapshots in 120 s`;
-    setTimeout(() => reject(new Error(late())), 120000);
+    const late = () => `${shots.length} of ${count} in ${drawings} drawings, ${limitMs} ms`;
+    setTimeout(() => reject(new Error(late())), limitMs);
     canvas.addEventListener("drawn", ({ detail }) => {
-      const snapshot = seen.get(detail.atUs);
+      drawings += 1;
+      const snapshot = window.told.get(detail.atUs);
       if (!snapshot || shots.length === count || detail.atUs < last + apartUs) return;
       last = detail.atUs;
       shots.push({ snapshot, pictureAtUs: detail.pictureAtUs, png: canvas.toDataURL() });
       if (shots.length === count) resolve();
     });
   });
-  socket.close();
   return shots;
 }
 """
+_LIMIT_S = 60
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ class Shot:
     """One drawing.
 
     Attributes:
-        snapshot: of the moment that was drawn, in the camera's frame, OpenCV's axes.
+        snapshot: of the moment that was drawn, in the camera's frame, the page's own axes.
         picture_at_us: exposure of the picture below.
         drawn: (H, W) bool, where anything is drawn.
     """
@@ -67,8 +66,11 @@ class Shot:
     def expected(self, camera: PinholeCamera, meshes: Mapping[str, Mesh]) -> Mask:
         """Where parts are seen by the camera, drawn by the rasteriser, as `drawn`."""
         factor = self.drawn.shape[1] / camera.width
+        axes = AXES[Convention(self.snapshot["convention"])].inverse
         poses = {
-            part["part"]: Pose.from_quaternion(part["orientation"], part["position"])
+            part["part"]: Pose.from_quaternion(
+                axes.quaternion(part["orientation"]), axes.vector(part["position"])
+            )
             for part in self.snapshot["parts"]
             if part["position"] is not None
         }
@@ -78,8 +80,8 @@ class Shot:
 
 
 def collect(page: Page, count: int, apart_us: int = 0) -> list[Shot]:
-    """Some drawings whose moments are at least so far apart, and whose snapshots are known."""
-    shots = page.evaluate(_COLLECT, [count, apart_us])
+    """Some drawings of moments that the page had snapshots of, at least so far apart."""
+    shots = page.evaluate(_COLLECT, [count, apart_us, within(_LIMIT_S) * 1000])
     return [Shot(it["snapshot"], it["pictureAtUs"], _alpha(it["png"]) > 0) for it in shots]
 
 
