@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from snapfit.server.bell import Bell
+from snapfit.server.waiting import Tell, Waiting
 
 _PERIOD_S = 0.002
 """How often the store is looked at. One look costs microseconds; nobody waits longer than this."""
@@ -92,33 +93,68 @@ class Watch:
             boot_id, seq: what is known already; without a boot_id any other seq is new.
             limit_s: how long to wait.
         """
+        return await _told(partial(self.tell_snapshot_after, boot_id, seq, limit_s))
+
+    async def revision_after(self, boot_id: str | None, revision: int, limit_s: float) -> bool:
+        """Wait for a change of the assembly after this one, likewise."""
+        return await _told(partial(self.tell_revision_after, boot_id, revision, limit_s))
+
+    def tell_snapshot_after(
+        self, boot_id: str | None, seq: int, limit_s: float, tell: Tell
+    ) -> Waiting | None:
+        """As `snapshot_after`, without a task; None where there is nothing to wait for."""
 
         def is_later(now: Moment) -> bool:
             return now.seq != seq if boot_id is None else now.seq > seq or now.boot_id != boot_id
 
-        return await self._until(is_later, self._snapshots, limit_s)
+        return self._waiting(is_later, self._snapshots, limit_s, tell)
 
-    async def revision_after(self, boot_id: str | None, revision: int, limit_s: float) -> bool:
-        """Wait for a change of the assembly after this one, likewise."""
+    def tell_revision_after(
+        self, boot_id: str | None, revision: int, limit_s: float, tell: Tell
+    ) -> Waiting | None:
+        """As `revision_after`, likewise."""
 
         def is_later(now: Moment) -> bool:
             if boot_id is None:
                 return now.revision != revision
             return now.revision > revision or now.boot_id != boot_id
 
-        return await self._until(is_later, self._assemblies, limit_s)
+        return self._waiting(is_later, self._assemblies, limit_s, tell)
 
-    async def _until(self, is_later: Callable[[Moment], bool], bell: Bell, limit_s: float) -> bool:
-        give_up_at_s = time.monotonic() + limit_s
+    def _waiting(
+        self, is_later: Callable[[Moment], bool], bell: Bell, limit_s: float, tell: Tell
+    ) -> Waiting | None:
         begin = self._look()
-        while True:
-            now = self._look()
-            if now is not None and (
-                is_later(now) or (begin is not None and now.stale != begin.stale)
-            ):
-                return True
-            if not await self._ring_of(bell, give_up_at_s - time.monotonic()):
+        if begin is not None and is_later(begin):
+            return None
+
+        def ask() -> bool | None:
+            if self.is_ending:
                 return False
+            now = self._look()
+            if now is None:
+                return None
+            turned = begin is not None and now.stale != begin.stale
+            return True if turned or is_later(now) else None
+
+        return Waiting(ask, bell, 0.0 if self.is_ending else limit_s, tell)
 
     async def _ring_of(self, bell: Bell, limit_s: float) -> bool:
         return not self.is_ending and await bell.wait(limit_s) and not self.is_ending
+
+
+async def _told(begin: Callable[[Tell], Waiting | None]) -> bool:
+    """What is told in the end; True where there is nothing to wait for."""
+    answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+
+    def tell(is_new: bool) -> None:
+        if not answer.done():  # whoever waited may have been cancelled just now
+            answer.set_result(is_new)
+
+    waiting = begin(tell)
+    if waiting is None:
+        return True
+    try:
+        return await answer
+    finally:
+        waiting.forget()
