@@ -29,7 +29,7 @@ class Waiting:
         self._bell = bell
         self._tell = tell
         self._loop = asyncio.get_running_loop()
-        self._next = self._loop.call_later(max(limit_s, 0.0), self._too_late)
+        self._next: asyncio.Handle = self._loop.call_later(max(limit_s, 0.0), self._too_late)
         bell.call(self._rung)
 
     def forget(self) -> None:

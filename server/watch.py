@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 from snapfit.server.bell import Bell
+from snapfit.server.doorbell import Doorbell
 from snapfit.server.waiting import Tell, Waiting
 
-_PERIOD_S = 0.002
-"""How often the store is looked at. One look costs microseconds; nobody waits longer than this."""
+_PERIOD_S = 0.02
+"""The store is looked at this often even if nobody rings: a snapshot becomes stale in silence."""
+
+_DEAF_PERIOD_S = 0.002
+"""How often where no doorbell is heard: nobody waits longer than this."""
 
 
 class Moment(NamedTuple):
@@ -38,6 +43,7 @@ class Watch:
         look: what the station has to say now; None before its first snapshot.
         told: called at each new moment, before anybody is woken.
         latest_event: the number of the latest event.
+        doorbell: rung when there is another snapshot; None without one.
     """
 
     def __init__(
@@ -45,32 +51,46 @@ class Watch:
         look: Callable[[], Moment | None],
         told: Callable[[], None],
         latest_event: Callable[[], int],
+        doorbell: Doorbell | None = None,
     ) -> None:
         self._look = look
         self._told = told
         self._latest_event = latest_event
+        self._doorbell = doorbell or Doorbell(None, None)
         self._snapshots, self._assemblies, self._events = Bell(), Bell(), Bell()
         self.is_ending = False
 
     async def run(self) -> None:
         """Until it is cancelled."""
+        rung = asyncio.Event()
+        period_s = _PERIOD_S if self._doorbell.listen(rung) else _DEAF_PERIOD_S
         last: Moment | None = None
         event = self._latest_event()
-        while True:
-            now = self._look()
-            is_new = now != last
-            if is_new:
-                self._told()
-            # Those first who are told seldom.
-            if self._latest_event() != event:
-                event = self._latest_event()
-                self._events.ring()
-            if is_new:
-                if now is None or last is None or now.assembly != last.assembly:
-                    self._assemblies.ring()
-                self._snapshots.ring()
-                last = now
-            await asyncio.sleep(_PERIOD_S)
+        try:
+            while True:
+                rung.clear()
+                last, event = self._look_again(last, event)
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(period_s):
+                        await rung.wait()
+        finally:
+            self._doorbell.deafen()
+
+    def _look_again(self, last: Moment | None, event: int) -> tuple[Moment | None, int]:
+        """Wake whoever waits for what came after this moment and this event; what there is now."""
+        now = self._look()
+        is_new = now != last
+        if is_new:
+            self._told()
+        # Those first who are told seldom.
+        latest = self._latest_event()
+        if latest != event:
+            self._events.ring()
+        if is_new:
+            if now is None or last is None or now.assembly != last.assembly:
+                self._assemblies.ring()
+            self._snapshots.ring()
+        return now, latest
 
     def end(self) -> None:
         """Let nobody wait any more: the server ends."""
