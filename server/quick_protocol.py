@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import cast
 
+from starlette.types import Scope
 from uvicorn._types import ASGI3Application
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, RequestResponseCycle
 
@@ -53,7 +55,7 @@ class QuickProtocol(BoundedProtocol):
     def _start_asgi_task(self, cycle: RequestResponseCycle, app: ASGI3Application) -> None:
         """A request begins to be answered: here, or by the app."""
         is_usual = app is self.app and not self.flow.write_paused
-        request = self.lane.wanted(cycle.scope) if is_usual else None
+        request = self.lane.wanted(cast("Scope", cycle.scope)) if is_usual else None
         if request is None:
             super()._start_asgi_task(cycle, app)
             return
