@@ -26,6 +26,10 @@ class AllowedMethods:
         }
         return sorted(found)
 
+    def prepare(self) -> None:
+        """Look at the document now, and not when somebody asks first."""
+        _ = self._paths
+
     @cached_property
     def _paths(self) -> list[tuple[re.Pattern[str], list[str]]]:
         paths: dict[str, Any] = self._app.openapi()["paths"]

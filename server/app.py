@@ -6,8 +6,6 @@ stays small, and keeps answering when a worker dies.
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
@@ -46,8 +44,6 @@ Metres, radians, seconds; time stamps are integer microseconds of Unix time; qua
 in the order x, y, z, w. Poses map a part's frame into the colour camera's: x right, y down,
 z forward. `docs/conventions.md` in the repository tells all conventions on one page."""
 
-_NICENESS = 5  # tracking comes first; an answer that waits a millisecond is still an answer
-
 
 def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     """The app; its stations open when it starts and close when it ends. See `with_front`, too.
@@ -63,7 +59,6 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
         try:
             all_stations.open()
-            _lower_priority()
             async with all_stations.watched():
                 yield
         finally:
@@ -78,6 +73,7 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
         redirect_slashes=False,  # a path that is not documented is 404, not an answer of its own
         docs_url=None,  # FastAPI's page is fetched from the internet; ours is among the files
         redoc_url=None,
+        openapi_url=None,  # ours is written once (`install_openapi`)
     )
     app.state.stations = all_stations
     app.state.metrics = Metrics(all_stations)
@@ -104,9 +100,3 @@ def create_app(settings: Settings, pipeline: str = DEFAULT_PIPELINE) -> FastAPI:
     install_security(app, settings.security, settings.host, page_paths(page))
     install_openapi(app)
     return app
-
-
-def _lower_priority() -> None:
-    """Of this thread; on Linux the supervisors' threads, and so their workers, keep theirs."""
-    if sys.platform == "linux":
-        os.nice(_NICENESS)

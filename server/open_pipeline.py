@@ -14,6 +14,7 @@ from snapfit.server.pipeline import Image, Pipeline, Report
 from snapfit.server.record_station import with_recording
 from snapfit.server.worker_spec import AUTO, DEMO_SOURCE, WorkerSpec
 from snapfit.tracking.errors import SourceError
+from snapfit.tracking.kernel_threads import KernelThreads
 from snapfit.tracking.methods import create_tracker
 from snapfit.tracking.overlay import draw_overlay
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
@@ -71,7 +72,8 @@ def _tracking(source: Source, spec: WorkerSpec, report: Report) -> Pipeline:
     _draw_once(source)
     # Of the tracker proper: a part that it stops is one that the finder looks for.
     controls = TrackerControls(tracker) if isinstance(tracker, Tracker) else None
-    pipeline = Pipeline(source, tracker, draw, method, controls=controls)
+    threads = KernelThreads(1e3 / source.frame_rate_hz)
+    pipeline = Pipeline(source, tracker, draw, method, controls=controls, threads=threads)
     if spec.record is None:
         return with_finding(pipeline, spec, detector.result(), report)
     return with_recording(pipeline, spec, detector.result(), report)

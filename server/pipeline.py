@@ -58,6 +58,13 @@ class Controls(Protocol):
         """Lets a part be looked for again, as at the start."""
 
 
+class Threads(Protocol):
+    """Chooses how many threads track; see `KernelThreads`."""
+
+    def tracked(self, duration_ms: float) -> None:
+        """Takes note of what a frame took; called in the thread that tracks."""
+
+
 class Recording(Protocol):
     """Writes down what the worker sees and says; see `Recorder`."""
 
@@ -82,6 +89,7 @@ class Pipeline:
         provider: of ONNX Runtime, in short; None without a network.
         controls: what an operator can do; None where every frame is seen by itself.
         recording: of what the tracker gets and says; None where nothing is recorded.
+        threads: chooses how many threads track; None where that is as it is.
     """
 
     source: Source
@@ -93,6 +101,7 @@ class Pipeline:
     provider: str | None = None
     controls: Controls | None = None
     recording: Recording | None = None
+    threads: Threads | None = None
 
     def close(self) -> None:
         """Let go of threads, files and devices."""

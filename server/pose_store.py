@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from multiprocessing.shared_memory import SharedMemory
 
+from snapfit.server.doorbell import Doorbell
 from snapfit.server.errors import StoreError
 from snapfit.server.mailbox import Mailbox
 from snapfit.server.shared_segment import attach_segment, create_segment
@@ -50,10 +51,14 @@ class PoseStore:
         replies: JSON of what became of them.
         markers: JSON of the markers that the camera sees.
         pictures: the latest JPEG of each kind, behind a header (see `snapfit.server.pictures`).
+        doorbell: rung when there is another snapshot; heard where the store was made.
     """
 
-    def __init__(self, poses: SharedMemory, pictures: SharedMemory, *, owner: bool) -> None:
+    def __init__(
+        self, poses: SharedMemory, pictures: SharedMemory, doorbell: Doorbell, *, owner: bool
+    ) -> None:
         self._segments = (poses, pictures)
+        self.doorbell = doorbell
         self._owner = owner
         self._views: list[memoryview] = []
         self._header = self._view(poses, 0, _HEADER_BYTES).cast("Q")
@@ -79,13 +84,17 @@ class PoseStore:
             poses.close()
             poses.unlink()
             raise
-        store = PoseStore(poses, pictures, owner=True)
+        store = PoseStore(poses, pictures, Doorbell.create(), owner=True)
         store._header[0] = _MAGIC
         return store
 
     @staticmethod
-    def attach(names: StoreNames) -> PoseStore:
+    def attach(names: StoreNames, rung: int | None = None) -> PoseStore:
         """Another process's store.
+
+        Args:
+            names: of the store.
+            rung: its doorbell, a file descriptor that was inherited.
 
         Raises:
             StoreError: it does not exist, or was made by another version of snapfit.
@@ -97,7 +106,7 @@ class PoseStore:
         except StoreError:
             poses.close()
             raise
-        return PoseStore(poses, pictures, owner=False)
+        return PoseStore(poses, pictures, Doorbell(None, rung), owner=False)
 
     @property
     def names(self) -> StoreNames:
@@ -132,6 +141,7 @@ class PoseStore:
             if self._owner:
                 segment.unlink()
         self._owner = False
+        self.doorbell.close()
 
     def _view(self, segment: SharedMemory, at: int, size: int) -> memoryview:
         view = _memory(segment)[at : at + size]

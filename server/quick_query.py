@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import Protocol
 from urllib.parse import parse_qsl
@@ -10,13 +11,15 @@ from pydantic import ValidationError
 
 from snapfit.server.answers import Answer
 from snapfit.server.routes.assembly_query import AssemblyQuery
-from snapfit.server.routes.pose_query import PoseQuery
+from snapfit.server.routes.pose_query import LARGEST_INTEGER, PoseQuery, check_at_us
 from snapfit.server.station import Station
 from snapfit.server.view import CAMERA
+from snapfit.server.waiting import Tell, Waiting
 
 _RESOURCES = ("poses", "assembly")
 _LONGEST = 300
 _REMEMBERED = 512
+_AT_US = re.compile(rb"(?:\A|&)at_us=([0-9]{1,16})(?=&|\Z)")
 
 
 class QuickQuery(Protocol):
@@ -28,32 +31,61 @@ class QuickQuery(Protocol):
 
     route: str
 
-    async def is_new(self, station: Station) -> bool:
-        """Wait for what is asked for; False if it did not come in time."""
+    def tell_new(self, station: Station, tell: Tell) -> Waiting | None:
+        """Have told when what is asked for is there; None where there is nothing to wait for."""
 
     def answer(self, station: Station) -> Answer:
         """What there is now.
 
         Raises:
-            ProblemError: nothing, or not in that view.
+            ProblemError: nothing, or not in that view, or not at that time.
         """
 
 
 class QuickPoses:
-    """Of all parts."""
+    """Of all parts.
+
+    Args:
+        query: of the latest snapshot, whatever `at_us` says.
+    """
 
     route = "/v1/poses"
 
     def __init__(self, query: PoseQuery) -> None:
         self._query = query
 
-    async def is_new(self, station: Station) -> bool:
+    def tell_new(self, station: Station, tell: Tell) -> Waiting | None:
         """As in `QuickQuery`."""
-        return await self._query.is_new(station)
+        return self._query.tell_new(station, tell)
 
     def answer(self, station: Station) -> Answer:
         """As in `QuickQuery`."""
         return station.poses(self._query.view(station))
+
+
+class QuickPosesAt:
+    """Of all parts at another time, which is another one in each request.
+
+    Args:
+        query: of the poses.
+        at_us: the time, whatever the query says.
+    """
+
+    route = "/v1/poses"
+
+    def __init__(self, query: PoseQuery, at_us: int) -> None:
+        self._query = query
+        self._at_us = at_us
+
+    def tell_new(self, station: Station, tell: Tell) -> Waiting | None:
+        """As in `QuickQuery`: it waits for nothing."""
+        del station, tell
+        return None
+
+    def answer(self, station: Station) -> Answer:
+        """As in `QuickQuery`."""
+        check_at_us(self._at_us, station.now_us())
+        return station.poses(self._query.view(station), self._at_us)
 
 
 class QuickAssembly:
@@ -64,9 +96,9 @@ class QuickAssembly:
     def __init__(self, query: AssemblyQuery) -> None:
         self._query = query
 
-    async def is_new(self, station: Station) -> bool:
+    def tell_new(self, station: Station, tell: Tell) -> Waiting | None:
         """As in `QuickQuery`."""
-        return await self._query.is_new(station)
+        return self._query.tell_new(station, tell)
 
     def answer(self, station: Station) -> Answer:
         """As in `QuickQuery`."""
@@ -82,26 +114,46 @@ def quick_query(what: str, query: bytes) -> QuickQuery | None:
     """
     if what not in _RESOURCES or len(query) > _LONGEST:
         return None
-    return _understood(what, query)
+    timed = _AT_US.search(query) if what == "poses" else None
+    if timed is None:
+        return _understood(what, query)
+    at_us = int(timed[1])
+    query = query[: timed.start()] + query[timed.end() :]
+    poses = _poses_query(query)
+    # To wait, and for another time: what that means is the routes' to tell.
+    if poses is None or poses.after_seq is not None or at_us > LARGEST_INTEGER:
+        return None
+    return QuickPosesAt(poses, at_us)
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def _understood(what: str, query: bytes) -> QuickQuery | None:
-    pairs = parse_qsl(query.decode("latin-1"), keep_blank_values=True)
-    given = dict(pairs)
-    if len(given) != len(pairs):
+    if what == "assembly":
+        given = _given(query)
+        try:
+            return None if given is None else QuickAssembly(AssemblyQuery.model_validate(given))
+        except ValidationError:
+            return None
+    poses = _poses_query(query)
+    if poses is None or (poses.after_seq is not None and poses.frame != CAMERA):
+        return None  # the anchor may be gone after the wait, which is a problem to be told
+    return QuickPoses(poses)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _poses_query(query: bytes) -> PoseQuery | None:
+    """Without `at_us`; None for one that is wrong, or that has another one in it."""
+    given = _given(query)
+    if given is None or "at_us" in given:
         return None
     try:
-        if what == "assembly":
-            return QuickAssembly(AssemblyQuery.model_validate(given))
-        return _quick_poses(PoseQuery.model_validate(given))
+        return PoseQuery.model_validate(given)
     except ValidationError:
         return None
 
 
-def _quick_poses(query: PoseQuery) -> QuickPoses | None:
-    if query.at_us is not None:
-        return None  # another time in each request: there is nothing ready-made
-    if query.after_seq is not None and query.frame != CAMERA:
-        return None  # the anchor may be gone after the wait, which is a problem to be told
-    return QuickPoses(query)
+def _given(query: bytes) -> dict[str, str] | None:
+    """Names and values; None where a name comes twice."""
+    pairs = parse_qsl(query.decode("latin-1"), keep_blank_values=True)
+    given = dict(pairs)
+    return given if len(given) == len(pairs) else None

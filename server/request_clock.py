@@ -12,9 +12,6 @@ from snapfit.server.metrics import Metrics
 RECEIVED_AT_US = "snapfit.received_at_us"
 """In the scope: when the request came in, by the server's clock."""
 
-FAST_LANE = "snapfit.fast_lane"
-"""In the scope: the route, of what was answered ahead of routing."""
-
 _STREAMS = ("/events", ".mjpeg")
 _UNKNOWN = "unknown"
 _METHODS = frozenset(("GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"))
@@ -62,8 +59,7 @@ def _route(scope: Scope) -> str:
     """The path with its parameters' names, so that there are no more series than routes."""
     path: str = scope["path"]
     if "route" not in scope:
-        # Answered ahead of routing, or nothing there.
-        return str(scope.get(FAST_LANE, _UNKNOWN))
+        return _UNKNOWN
     done = ""
     for name, value in scope.get("path_params", {}).items():
         before, slash, path = path.partition(f"/{value}")

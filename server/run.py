@@ -17,10 +17,10 @@ import uvicorn
 
 from snapfit.server.app import create_app
 from snapfit.server.errors import AddressError, PortInUseError
-from snapfit.server.front import with_front
+from snapfit.server.front import connections_of, with_front
 from snapfit.server.logs.setup import LogChoice, configure_logging
+from snapfit.server.openapi import prepare_openapi
 from snapfit.server.security.headers import SECURITY_HEADERS
-from snapfit.server.security.protocol import BoundedProtocol
 from snapfit.server.security.tls import check_tls
 from snapfit.server.settings import Settings
 from snapfit.server.stations import Stations
@@ -59,7 +59,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     config = uvicorn.Config(
         with_front(app, settings.gbot_port),
         loop="auto",
-        http=BoundedProtocol,
+        http=connections_of(app, settings.gbot_port),
         headers=SECURITY_HEADERS,
         ws="websockets-sansio",
         ws_per_message_deflate=False,  # a snapshot is small, and packing it costs every client
@@ -75,6 +75,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _ignore)
     server = _Server(config, app.state.stations)
+    prepare_openapi(app)
     # What is there now stays: looking through it for garbage would hold up every answer for tens of
     # milliseconds.
     gc.collect()

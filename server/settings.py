@@ -85,6 +85,14 @@ class StationSettings(BaseModel):
         description="Colour in recordings: 'png' loses nothing, so that a replay gives the same "
         "poses; 'jpeg' takes a tenth of the room, and a replay gives nearly the same.",
     )
+    niceness: int = Field(
+        default=0,
+        ge=0,
+        le=19,
+        description="By how much the station's worker is less urgent than the API and than other "
+        "programs of this machine: 0 is alike, with 19 it has little but what they leave. Not on "
+        "Windows.",
+    )
     stale_after_s: float = Field(
         default=0.5, gt=0, le=60, description="A snapshot older than this is stale, seconds."
     )

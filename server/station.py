@@ -72,7 +72,9 @@ class Station:
         self._answers: SnapshotAnswers | None = None
         self._facts: StationFacts | None = None
         self._asset: ExportedAsset | None = None
-        self.watch = Watch(self.moment, self._on_moment, lambda: self.news.events.latest)
+        self.watch = Watch(
+            self.moment, self._on_moment, lambda: self.news.events.latest, self._store.doorbell
+        )
 
     def start(self) -> None:
         """Start the worker."""

@@ -30,6 +30,7 @@ def station_spec(
         calibration=settings.calibration,
         record=settings.record,
         record_color=settings.record_color,
+        niceness=settings.niceness,
         boot_id="",
         wall_minus_monotonic_ns=clock.wall_minus_monotonic_ns,
         poses_segment=names.poses,

@@ -69,9 +69,6 @@ class SupervisorStatus:
 class Supervisor:
     """Runs one worker process after the other, from a thread of its own.
 
-    The thread keeps the priority that it was started with, and its workers with it: start it
-    before the API lowers its own.
-
     Args:
         spec: what the worker is told; its boot_id is set anew for each run.
         store: watched for the worker's heartbeat.
@@ -128,7 +125,8 @@ class Supervisor:
     def _run_once(self) -> int:
         """Start a worker, wait until it is gone; its exit code."""
         boot_id = secrets.token_hex(6)
-        spec = self._spec.model_copy(update={"boot_id": boot_id})
+        bell = self._store.doorbell.rung
+        spec = self._spec.model_copy(update={"boot_id": boot_id, "doorbell": bell})
         self._store.beat()
         # A process group of its own: Ctrl-C in the terminal is the server's to handle.
         with subprocess.Popen(
@@ -136,6 +134,7 @@ class Supervisor:
             stdin=subprocess.PIPE,
             bufsize=0,
             process_group=0,
+            pass_fds=() if bell is None else (bell,),
         ) as process:
             self.status = replace(self.status, boot_id=boot_id, pid=process.pid)
             pipe = process.stdin

@@ -145,8 +145,11 @@ class TrackingLoop:
             self._reporter.bad_frame(frame.name, str(error))
             return
         generation = self._store.snapshots.write(self._snapshots.write(result))
+        self._store.doorbell.ring()
         self._commands.tracked(result)
         self._reporter.tracked(result.duration_ms)
+        if self._pipeline.threads is not None:
+            self._pipeline.threads.tracked(result.duration_ms)
         if self._pipeline.finding is not None:
             self._reporter.looked(self._pipeline.finding.account)
         if self._pipeline.recording is not None:

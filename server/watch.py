@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-import time
+import contextlib
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from snapfit.server.bell import Bell
+from snapfit.server.doorbell import Doorbell
+from snapfit.server.waiting import Tell, Waiting
 
-_PERIOD_S = 0.002
-"""How often the store is looked at. One look costs microseconds; nobody waits longer than this."""
+_PERIOD_S = 0.02
+"""The store is looked at this often even if nobody rings: a snapshot becomes stale in silence."""
+
+_DEAF_PERIOD_S = 0.002
+"""How often where no doorbell is heard: nobody waits longer than this."""
 
 
 class Moment(NamedTuple):
@@ -37,6 +43,7 @@ class Watch:
         look: what the station has to say now; None before its first snapshot.
         told: called at each new moment, before anybody is woken.
         latest_event: the number of the latest event.
+        doorbell: rung when there is another snapshot; None without one.
     """
 
     def __init__(
@@ -44,32 +51,46 @@ class Watch:
         look: Callable[[], Moment | None],
         told: Callable[[], None],
         latest_event: Callable[[], int],
+        doorbell: Doorbell | None = None,
     ) -> None:
         self._look = look
         self._told = told
         self._latest_event = latest_event
+        self._doorbell = doorbell or Doorbell(None, None)
         self._snapshots, self._assemblies, self._events = Bell(), Bell(), Bell()
         self.is_ending = False
 
     async def run(self) -> None:
         """Until it is cancelled."""
+        rung = asyncio.Event()
+        period_s = _PERIOD_S if self._doorbell.listen(rung) else _DEAF_PERIOD_S
         last: Moment | None = None
         event = self._latest_event()
-        while True:
-            now = self._look()
-            is_new = now != last
-            if is_new:
-                self._told()
-            # Those first who are told seldom.
-            if self._latest_event() != event:
-                event = self._latest_event()
-                self._events.ring()
-            if is_new:
-                if now is None or last is None or now.assembly != last.assembly:
-                    self._assemblies.ring()
-                self._snapshots.ring()
-                last = now
-            await asyncio.sleep(_PERIOD_S)
+        try:
+            while True:
+                rung.clear()
+                last, event = self._look_again(last, event)
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(period_s):
+                        await rung.wait()
+        finally:
+            self._doorbell.deafen()
+
+    def _look_again(self, last: Moment | None, event: int) -> tuple[Moment | None, int]:
+        """Wake whoever waits for what came after this moment and this event; what there is now."""
+        now = self._look()
+        is_new = now != last
+        if is_new:
+            self._told()
+        # Those first who are told seldom.
+        latest = self._latest_event()
+        if latest != event:
+            self._events.ring()
+        if is_new:
+            if now is None or last is None or now.assembly != last.assembly:
+                self._assemblies.ring()
+            self._snapshots.ring()
+        return now, latest
 
     def end(self) -> None:
         """Let nobody wait any more: the server ends."""
@@ -92,33 +113,68 @@ class Watch:
             boot_id, seq: what is known already; without a boot_id any other seq is new.
             limit_s: how long to wait.
         """
+        return await _told(partial(self.tell_snapshot_after, boot_id, seq, limit_s))
+
+    async def revision_after(self, boot_id: str | None, revision: int, limit_s: float) -> bool:
+        """Wait for a change of the assembly after this one, likewise."""
+        return await _told(partial(self.tell_revision_after, boot_id, revision, limit_s))
+
+    def tell_snapshot_after(
+        self, boot_id: str | None, seq: int, limit_s: float, tell: Tell
+    ) -> Waiting | None:
+        """As `snapshot_after`, without a task; None where there is nothing to wait for."""
 
         def is_later(now: Moment) -> bool:
             return now.seq != seq if boot_id is None else now.seq > seq or now.boot_id != boot_id
 
-        return await self._until(is_later, self._snapshots, limit_s)
+        return self._waiting(is_later, self._snapshots, limit_s, tell)
 
-    async def revision_after(self, boot_id: str | None, revision: int, limit_s: float) -> bool:
-        """Wait for a change of the assembly after this one, likewise."""
+    def tell_revision_after(
+        self, boot_id: str | None, revision: int, limit_s: float, tell: Tell
+    ) -> Waiting | None:
+        """As `revision_after`, likewise."""
 
         def is_later(now: Moment) -> bool:
             if boot_id is None:
                 return now.revision != revision
             return now.revision > revision or now.boot_id != boot_id
 
-        return await self._until(is_later, self._assemblies, limit_s)
+        return self._waiting(is_later, self._assemblies, limit_s, tell)
 
-    async def _until(self, is_later: Callable[[Moment], bool], bell: Bell, limit_s: float) -> bool:
-        give_up_at_s = time.monotonic() + limit_s
+    def _waiting(
+        self, is_later: Callable[[Moment], bool], bell: Bell, limit_s: float, tell: Tell
+    ) -> Waiting | None:
         begin = self._look()
-        while True:
-            now = self._look()
-            if now is not None and (
-                is_later(now) or (begin is not None and now.stale != begin.stale)
-            ):
-                return True
-            if not await self._ring_of(bell, give_up_at_s - time.monotonic()):
+        if begin is not None and is_later(begin):
+            return None
+
+        def ask() -> bool | None:
+            if self.is_ending:
                 return False
+            now = self._look()
+            if now is None:
+                return None
+            turned = begin is not None and now.stale != begin.stale
+            return True if turned or is_later(now) else None
+
+        return Waiting(ask, bell, 0.0 if self.is_ending else limit_s, tell)
 
     async def _ring_of(self, bell: Bell, limit_s: float) -> bool:
         return not self.is_ending and await bell.wait(limit_s) and not self.is_ending
+
+
+async def _told(begin: Callable[[Tell], Waiting | None]) -> bool:
+    """What is told in the end; True where there is nothing to wait for."""
+    answer: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+
+    def tell(is_new: bool) -> None:
+        if not answer.done():  # whoever waited may have been cancelled just now
+            answer.set_result(is_new)
+
+    waiting = begin(tell)
+    if waiting is None:
+        return True
+    try:
+        return await answer
+    finally:
+        waiting.forget()

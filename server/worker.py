@@ -34,9 +34,12 @@ def main() -> int:
     spec = WorkerSpec.model_validate_json(_read_line())
     choice = LogChoice(spec.log_format, spec.log_level)
     configure_logging(choice, station=spec.station, boot_id=spec.boot_id)
+    if sys.platform != "win32":
+        os.nice(spec.niceness)
     stop = threading.Event()
     threading.Thread(target=_wait_for_end, args=(stop,), daemon=True).start()
-    store = PoseStore.attach(StoreNames(spec.poses_segment, spec.pictures_segment))
+    names = StoreNames(spec.poses_segment, spec.pictures_segment)
+    store = PoseStore.attach(names, spec.doorbell)
     reporter = Reporter(store, spec.boot_id)
     try:
         _run(spec, store, reporter, stop)

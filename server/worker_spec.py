@@ -37,9 +37,11 @@ class WorkerSpec(BaseModel):
         providers: what runs a network, the first choice first.
         record: folder for recordings; None to record nothing.
         record_color: format of colour images in them.
+        niceness: by how much the worker is less urgent than other programs.
         boot_id: names this run.
         wall_minus_monotonic_ns: the server's time line, see `snapfit.server.clock`.
         poses_segment, pictures_segment: names of the pose store.
+        doorbell: of the store, an inherited file descriptor; None without one.
         pipeline: "module:function" that opens source and tracker, see `snapfit.server.pipeline`.
         log_format, log_level: as the server logs.
     """
@@ -55,10 +57,12 @@ class WorkerSpec(BaseModel):
     calibration: str | None = None
     record: str | None = None
     record_color: ColorFormat = "png"
+    niceness: int = 0
     boot_id: str
     wall_minus_monotonic_ns: int
     poses_segment: str
     pictures_segment: str
+    doorbell: int | None = None
     pipeline: str = DEFAULT_PIPELINE
     log_format: LogFormat = "text"
     log_level: LogLevel = "warning"

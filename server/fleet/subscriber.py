@@ -204,6 +204,7 @@ class Subscriber:
         payload = message.payload if name != REPORT else self._reported(message)
         generation = mailbox.write(payload)
         if name == SNAPSHOT:
+            self._store.doorbell.ring()
             self._generations.append((message.generation, generation))
 
     def _reported(self, message: Message) -> bytes:

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from snapfit.server.routes.pose_query import LARGEST_INTEGER, LONGEST_WAIT_S
 from snapfit.server.station import Station
+from snapfit.server.waiting import Tell, Waiting
 
 
 class AssemblyQuery(BaseModel):
@@ -36,6 +37,13 @@ class AssemblyQuery(BaseModel):
         if self.after_revision is None:
             return True
         return await station.watch.revision_after(self.boot_id, self.after_revision, self.timeout_s)
+
+    def tell_new(self, station: Station, tell: Tell) -> Waiting | None:
+        """The same without a task; None where there is nothing to wait for."""
+        if self.after_revision is None:
+            return None
+        watch = station.watch
+        return watch.tell_revision_after(self.boot_id, self.after_revision, self.timeout_s, tell)
 
 
 async def _assembly_query(query: Annotated[AssemblyQuery, Query()]) -> AssemblyQuery:

@@ -8,11 +8,11 @@ from typing import Annotated
 from fastapi import Depends, Query
 from pydantic import BaseModel, ConfigDict, Field
 
-from snapfit.server.clock import Clock
 from snapfit.server.conventions import Convention
 from snapfit.server.problems import ProblemError
 from snapfit.server.station import Station
 from snapfit.server.view import CAMERA, View
+from snapfit.server.waiting import Tell, Waiting
 
 LONGEST_WAIT_S = 60.0
 _FARTHEST_US = 10_000_000
@@ -90,22 +90,27 @@ class PoseQuery(ViewQuery):
             return True
         return await station.watch.snapshot_after(self.boot_id, self.after_seq, self.timeout_s)
 
-    def checked_at_us(self, clock: Clock) -> int | None:
-        """The time to extrapolate to.
+    def tell_new(self, station: Station, tell: Tell) -> Waiting | None:
+        """The same without a task; None where there is nothing to wait for."""
+        if self.after_seq is None:
+            return None
+        return station.watch.tell_snapshot_after(self.boot_id, self.after_seq, self.timeout_s, tell)
 
-        Raises:
-            ProblemError: 409, it is so far off that the client's clock must be wrong.
-        """
-        now_us = clock.now_us()
-        if self.at_us is not None and abs(self.at_us - now_us) > _FARTHEST_US:
-            raise ProblemError(
-                HTTPStatus.CONFLICT,
-                "at-out-of-range",
-                f"at_us is {(self.at_us - now_us) / 1e6:.1f} s from now by the server's clock: "
-                "synchronise with GET /v1/time.",
-                now_us=now_us,
-            )
-        return self.at_us
+
+def check_at_us(at_us: int, now_us: int) -> None:
+    """Whether poses can be wanted for this time, both Unix time by the server's clock.
+
+    Raises:
+        ProblemError: 409, it is so far off that the client's clock must be wrong.
+    """
+    if abs(at_us - now_us) > _FARTHEST_US:
+        raise ProblemError(
+            HTTPStatus.CONFLICT,
+            "at-out-of-range",
+            f"at_us is {(at_us - now_us) / 1e6:.1f} s from now by the server's clock: "
+            "synchronise with GET /v1/time.",
+            now_us=now_us,
+        )
 
 
 async def _convention_query(query: Annotated[ConventionQuery, Query()]) -> ConventionQuery:

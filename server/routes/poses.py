@@ -10,7 +10,7 @@ from fastapi import APIRouter, Request, Response
 from snapfit.server.clock import Clock
 from snapfit.server.problems import problem_responses
 from snapfit.server.routes.dependencies import IfNoneMatch, OneStation, PartName
-from snapfit.server.routes.pose_query import PoseQuery, WantedPoses
+from snapfit.server.routes.pose_query import PoseQuery, WantedPoses, check_at_us
 from snapfit.server.routes.reply import reply
 from snapfit.server.schemas import PartSnapshot, PoseSnapshot
 from snapfit.server.station import Station
@@ -60,7 +60,9 @@ async def _poses(
 ) -> Response:
     """Of all parts or of one; after a wait, where a later snapshot is asked for."""
     clock: Clock = request.app.state.stations.clock
-    at_us = query.checked_at_us(clock)
+    at_us = query.at_us
+    if at_us is not None:
+        check_at_us(at_us, clock.now_us())
     is_new = await query.is_new(station)
     view = query.view(station)
     answer = station.poses(view, at_us) if part is None else station.part(part, view, at_us)

@@ -1,12 +1,8 @@
-"""What the API is compared with: ready-made bytes. python plain_apps.py KIND PORT FILE [NICENESS].
-
-NICENESS: by how much it is less urgent, as the API is beside its workers.
-"""
+"""What the API is compared with: ready-made bytes. python plain_apps.py KIND PORT FILE."""
 
 from __future__ import annotations
 
 import asyncio
-import os
 import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -21,7 +17,6 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 KIND, PORT, BODY = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]).read_bytes()
-NICENESS = int(sys.argv[4]) if len(sys.argv) > 4 else 0
 
 
 def minimal_fastapi() -> FastAPI:
@@ -49,8 +44,6 @@ def bare_starlette() -> Starlette:
     return Starlette(routes=[Route("/v1/poses", poses), *news.routes], lifespan=lifespan)
 
 
-if NICENESS:
-    os.nice(NICENESS)
 uvicorn.run(
     minimal_fastapi() if KIND == "fastapi" else bare_starlette(),
     port=PORT,

@@ -1,7 +1,7 @@
 """The server under load, beside a tracker at 30 frames a second: python tests/bench/run.py load
 
-On one machine: `snapfit demo`; a bare Starlette app with ready-made bytes, as little urgent as the
-API; one load generator at a time. 50 headsets poll poses at 60 Hz each, at both servers in turns.
+On one machine: `snapfit demo`; a bare Starlette app with ready-made bytes, as urgent as the API;
+one load generator at a time. 50 headsets poll poses at 60 Hz each, at both servers in turns.
 Then 200 long-pollers and 50 listeners to events are told of state changes, by both servers; then
 both kinds at once. At last the worker is stopped for a moment: lost frames have to show. Takes
 under three minutes.
@@ -38,7 +38,6 @@ POLL_P99_MS, TOLD_P99_MS = 15.0, 20.0
 BEYOND_A_FRAME_MS = 10.0
 LEAST_CHANGES, LEAST_CHANGES_TOGETHER = 10, 5
 STOP_S = 0.2
-API_NICENESS = 5
 
 
 class Round(NamedTuple):
@@ -135,7 +134,7 @@ def bench() -> Iterator[Bench]:
     with demo(port) as (process, _), tempfile.TemporaryDirectory() as folder:
         body = Path(folder) / "poses.json"
         body.write_bytes(get(port, "/v1/poses"))
-        command = [HERE / "plain_apps.py", "starlette", plain_port, body, API_NICENESS]
+        command = [HERE / "plain_apps.py", "starlette", plain_port, body]
         with started(command, plain_port) as (plain, _):
             server = LoadedServer(port, process.pid)
             yield Bench(server, LoadedServer(plain_port, plain.pid))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import time
 
 import httpx
 import numpy as np
 import orjson
 import pytest
-from harness import Server, wait_for
+from harness import Server, running, wait_for
 from patience import within
 from scripted_pipeline import FRAME_RATE_HZ, LOST_PART, PART_NAMES, X_VELOCITY_M_PER_S
 
@@ -253,7 +254,16 @@ def test_the_api_process_is_small_and_imports_nothing_heavy(server: Server) -> N
     assert resident_mb < 120
 
 
-def test_tracking_has_priority_over_the_api(server: Server) -> None:
-    import psutil
+def test_api_and_worker_are_as_urgent_as_who_started_them(server: Server) -> None:
+    assert os.getpriority(os.PRIO_PROCESS, server.process.pid) == os.nice(0)
+    assert os.getpriority(os.PRIO_PROCESS, server.worker()["pid"]) == os.nice(0)
 
-    assert psutil.Process(server.process.pid).nice() > psutil.Process(server.worker()["pid"]).nice()
+
+def test_a_worker_is_less_urgent_where_that_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SNAPFIT_STATION__NICENESS", "3")
+    with running() as server:
+        server.wait_ready()
+        assert os.getpriority(os.PRIO_PROCESS, server.process.pid) == os.nice(0)
+        # Nobody is less urgent than 19.
+        urgency = os.getpriority(os.PRIO_PROCESS, server.worker()["pid"])
+        assert urgency == min(os.nice(0) + 3, 19)

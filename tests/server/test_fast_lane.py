@@ -8,7 +8,7 @@ import httpx
 import pytest
 from harness import Server, wait_for
 
-from snapfit.server.quick_query import quick_query
+from snapfit.server.quick_query import QuickPosesAt, quick_query
 
 NOT_COMPARED = {"date", "x-request-id", "content-length"}
 QUERIES = {
@@ -59,6 +59,24 @@ def test_what_the_client_has_is_not_sent_again_either_way(server: Server, path: 
     assert headers_of(fast).keys() == headers_of(slow).keys()
 
 
+def test_another_time_is_answered_the_same_both_ways(server: Server) -> None:
+    def same_snapshot() -> tuple[httpx.Response, httpx.Response] | None:
+        at_us = server.get("/v1/time").json()["sent_at_us"]
+        fast, slow = both_ways(server, f"/v1/poses?convention=unity&at_us={at_us}&frame=camera")
+        return (fast, slow) if without_age(fast) == without_age(slow) else None
+
+    fast, slow = wait_for(same_snapshot)
+    assert fast.status_code == slow.status_code == 200
+    assert headers_of(fast) == headers_of(slow)
+    assert fast.json()["at_us"] - fast.json()["captured_at_us"] <= 100_000
+
+
+def test_a_time_far_off_is_told_by_the_routes(server: Server) -> None:
+    fast, slow = both_ways(server, "/v1/poses?at_us=5")
+    assert fast.status_code == slow.status_code == 409
+    assert fast.json()["type"] == slow.json()["type"] == "urn:snapfit:problem:at-out-of-range"
+
+
 @pytest.mark.parametrize(
     "query",
     ["?convention=unreal", "?convention=", "?speed=1", "?frame=anchor:nowhere", "?after_seq=-1"],
@@ -71,6 +89,11 @@ def test_what_is_wrong_is_told_by_the_routes(server: Server, query: str) -> None
     assert fast.json() == slow.json()
 
 
+def test_a_time_is_found_wherever_it_stands() -> None:
+    for query in (b"at_us=5", b"at_us=5&convention=ros", b"convention=ros&at_us=5"):
+        assert isinstance(quick_query("poses", query), QuickPosesAt)
+
+
 def test_the_same_query_is_understood_once() -> None:
     query = quick_query("poses", b"convention=unity&after_seq=7")
     assert query is not None
@@ -81,7 +104,15 @@ def test_the_same_query_is_understood_once() -> None:
 @pytest.mark.parametrize(
     ("what", "query"),
     [
-        ("poses", b"at_us=5"),
+        ("poses", b"at_us=5&at_us=6"),
+        ("poses", b"at_us=5&after_seq=1"),
+        ("poses", b"at_us=99999999999999999"),
+        ("poses", b"at_us=9999999999999999"),
+        ("poses", b"at_us=-1"),
+        ("poses", b"at_us="),
+        ("poses", b"at_us=+5"),
+        ("poses", b"hat_us=5"),
+        ("assembly", b"at_us=5"),
         ("poses", b"convention=unity&convention=ros"),
         ("poses", b"frame=anchor:desk&after_seq=1"),
         ("poses", b"frame=%63amera&key=sf_00000000"),
