@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -17,6 +16,7 @@ from snapfit.server.asset_export import export_asset
 from snapfit.server.clock import Clock
 from snapfit.server.command_runner import CommandRunner
 from snapfit.server.marker_watch import MarkerWatch
+from snapfit.server.pacer import Pacer
 from snapfit.server.pictures import PictureMaker
 from snapfit.server.pipeline import Pipeline
 from snapfit.server.pose_store import PoseStore
@@ -29,21 +29,6 @@ from snapfit.tracking.frame import Frame
 from snapfit.tracking.sources.base import is_live
 
 _LOG = logging.getLogger(__name__)
-
-
-class Pacer:
-    """Plays a recording at its frame rate; one that falls behind slows down, and never hurries."""
-
-    def __init__(self, frame_rate_hz: float) -> None:
-        self._period_ns = round(1e9 / frame_rate_hz)
-        self._due_ns = time.monotonic_ns()
-
-    def wait(self, stop: threading.Event) -> int:
-        """Wait until the next frame is due; its time, monotonic, ns."""
-        now_ns = time.monotonic_ns()
-        self._due_ns = max(self._due_ns + self._period_ns, now_ns)
-        stop.wait((self._due_ns - now_ns) / 1e9)
-        return self._due_ns
 
 
 class TrackingLoop:

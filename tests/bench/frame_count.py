@@ -1,8 +1,9 @@
 """Whether the tracker keeps up with its source.
 
-A recording's frame is exposed when it is due: one frame's time after the last one, or, where the
-tracker was not done by then, as soon as it is. So exposures that lie farther apart than the frame
-rate says tell, to the microsecond, by how much it fell behind; a camera would not have waited.
+A recording is played as a camera would deliver it (`Pacer`): a frame is exposed a frame's time
+after the last one, and waits there until the tracker fetches it; where that takes longer than a
+frame's time, all later ones are exposed later by whole frames, those that a camera would have lost.
+So exposures that lie farther apart than the frame rate says tell how many.
 """
 
 from __future__ import annotations
