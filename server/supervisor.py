@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
 import secrets
 import signal
 import subprocess
@@ -19,6 +20,10 @@ _END_LIMIT_S = 3.0
 _WATCH_PERIOD_S = 0.25
 _NOT_STARTED = -1
 _LOG = logging.getLogger(__name__)
+
+_ALLOCATOR = {"MALLOC_ARENA_MAX": "1"}
+"""glibc gives threads heaps of their own, and each keeps the images that went through it: a third
+more memory, and more time to fetch it. The environment may say otherwise."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +137,7 @@ class Supervisor:
         with subprocess.Popen(
             [sys.executable, "-m", "snapfit.server.worker"],
             stdin=subprocess.PIPE,
+            env={**_ALLOCATOR, **os.environ},
             bufsize=0,
             process_group=0,
             pass_fds=() if bell is None else (bell,),
