@@ -2,9 +2,9 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-# Of pytest: one for each core, and no more than the tests of real servers bear. A file's tests stay
-# together, because they share what is expensive to make.
-WORKERS ?= logical
+# Of pytest: one more than there are cores, for some tests only wait, and no more than the tests of
+# real servers bear. A file's tests stay together, because they share what is expensive to make.
+WORKERS ?= $(shell $(PYTHON) -c 'import os; print(os.cpu_count() + 1)')
 PYTEST := $(BIN)/pytest --numprocesses=$(WORKERS) --maxprocesses=4 --dist=loadfile \
 	--no-loadscope-reorder
 .DEFAULT_GOAL := help

@@ -210,7 +210,9 @@ def test_a_rendering_that_fails_leaves_nothing_behind(asset, tmp_path, monkeypat
     assert list((tmp_path / "demo").iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["geared-caliper", "nano-chuck"])
+@pytest.mark.parametrize(
+    "name", ["geared-caliper", pytest.param("nano-chuck", marks=pytest.mark.slow)]
+)
 def test_any_asset_can_be_shown(name):
     asset = find_asset(name)
     bench = Workbench(asset, SEED)

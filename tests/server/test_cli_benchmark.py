@@ -281,6 +281,7 @@ def test_the_report_is_put_into_a_page_that_has_words_of_its_own(
     assert "p.md: cannot be written" in missing.stderr
 
 
+@pytest.mark.slow
 def test_quick_renders_its_own_dataset_for_the_real_tracker(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -28,6 +28,7 @@ def benchmark(out, *more):
     return runner.invoke(app, ["benchmark", "--out", str(out), "--methods", "gbot", *more])
 
 
+@pytest.mark.slow
 def test_a_rendered_mistake_is_found_by_the_tracker(data, tmp_path):
     result = benchmark(tmp_path, "--mistakes", str(data))
     assert result.exit_code == 0, result.output

@@ -179,6 +179,7 @@ def test_a_method_without_a_detector_beside_replays_the_same(
     assert "all the same, bit for bit" in done.output
 
 
+@pytest.mark.slow
 def test_jpeg_says_what_it_gives_up(scene: tuple[Path, Path], tmp_path: Path) -> None:
     source, bundle = scene
     for color in ("png", "jpeg"):

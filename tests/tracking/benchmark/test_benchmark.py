@@ -22,7 +22,7 @@ from snapfit.tracking.benchmark.sequences import find_sequences, open_sequence
 from snapfit.tracking.benchmark.store import RunStore
 from snapfit.tracking.errors import FrameError, SourceError, TrackingError
 from snapfit.tracking.frame import Frame
-from snapfit.tracking.result import PartEstimate, Status, TrackingResult
+from snapfit.tracking.result import TrackingResult
 
 
 @pytest.fixture
@@ -393,19 +393,3 @@ def test_what_is_kept_names_its_machine(
     assert (facts["n_jobs"], facts["n_methods"]) == (1, 1)
     assert facts["n_threads"] >= 1
     assert facts["commit"]
-
-
-@pytest.mark.parametrize("is_told_poses", [False, True])
-def test_who_was_told_no_poses_may_take_twins_for_each_other(
-    tasks: list[Task], is_told_poses: bool
-) -> None:
-    recording = open_sequence(tasks[0].folder)
-    box, pin = recording.parts
-    notes = Notes(replace(recording, parts=(box, replace(box, name=pin.name))))
-    truth = recording.truth["000"].camera_from_body
-    swapped = ((box.name, truth[pin.name], 0.9), (pin.name, truth[box.name], 0.4))
-    said = tuple(PartEstimate(name, Status.TRACKED, sure, pose) for name, pose, sure in swapped)
-    notes.take(0, TrackingResult("000", 0, said, 1.0), (1.0, 1.0))
-    run = notes.judged(tasks[0].folder, "x", is_told_state=False, is_told_poses=is_told_poses)
-    assert (run.error("translation_m") < 1e-6).all() != is_told_poses
-    assert run.confidences.tolist() == [[0.9, 0.4] if is_told_poses else [0.4, 0.9]]

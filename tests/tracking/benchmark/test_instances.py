@@ -1,13 +1,18 @@
 """Parts that are made alike: whose estimate counts as whose."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from snapfit.models.asset import find_asset
 from snapfit.models.pose import Pose
+from snapfit.tracking.benchmark import roster
 from snapfit.tracking.benchmark.instances import instances, matched
-from snapfit.tracking.benchmark.roster import is_told_poses
+from snapfit.tracking.benchmark.notes import Notes
+from snapfit.tracking.benchmark.sequences import find_sequences, open_sequence
+from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 
 JAW = find_asset("hobby-corner-clamp").tracked_parts[1]
 PARTS = [replace(JAW, name="one"), find_asset("hobby-corner-clamp").tracked_parts[0]]
@@ -44,6 +49,23 @@ def test_no_estimate_counts_twice_and_a_missing_one_stays_missing() -> None:
 
 
 def test_who_is_told_first_poses_is_to_know_its_parts() -> None:
-    assert is_told_poses("gbot+reinit")
-    assert not is_told_poses("gbot+reinit-cold")
-    assert not is_told_poses("yolov8pose")
+    assert roster.is_told_poses("gbot+reinit")
+    assert not roster.is_told_poses("gbot+reinit-cold")
+    assert not roster.is_told_poses("yolov8pose")
+
+
+@pytest.mark.parametrize("is_told_poses", [False, True])
+def test_who_was_told_no_poses_may_take_twins_for_each_other(
+    dataset: Path, is_told_poses: bool
+) -> None:
+    folder = find_sequences(dataset, ["clamp"])[0]
+    recording = open_sequence(folder)
+    box, pin = recording.parts
+    notes = Notes(replace(recording, parts=(box, replace(box, name=pin.name))))
+    truth = recording.truth["000"].camera_from_body
+    swapped = ((box.name, truth[pin.name], 0.9), (pin.name, truth[box.name], 0.4))
+    said = tuple(PartEstimate(name, Status.TRACKED, sure, pose) for name, pose, sure in swapped)
+    notes.take(0, TrackingResult("000", 0, said, 1.0), (1.0, 1.0))
+    run = notes.judged(folder, "x", is_told_state=False, is_told_poses=is_told_poses)
+    assert (run.error("translation_m") < 1e-6).all() != is_told_poses
+    assert run.confidences.tolist() == [[0.9, 0.4] if is_told_poses else [0.4, 0.9]]
