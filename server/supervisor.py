@@ -21,14 +21,9 @@ _WATCH_PERIOD_S = 0.25
 _NOT_STARTED = -1
 _LOG = logging.getLogger(__name__)
 
-_ALLOCATOR = {
-    "MALLOC_ARENA_MAX": "1",
-    "MALLOC_MMAP_THRESHOLD_": str(32 << 20),
-    "MALLOC_TRIM_THRESHOLD_": str(256 << 20),
-}
-"""Of the worker, for glibc. Threads would have heaps of their own, and each keep the images that
-went through it; and images would be given back to the system and fetched again, page by page, with
-each frame. The environment may say otherwise."""
+_ALLOCATOR = {"MALLOC_ARENA_MAX": "1"}
+"""glibc gives threads heaps of their own, and each keeps the images that went through it: a third
+more memory, and more time to fetch it. The environment may say otherwise."""
 
 
 @dataclass(frozen=True)
