@@ -23,6 +23,9 @@ _LEAST_CONFIDENCE = 0.5
 _HIDDEN = 0.4
 _MOST_FRAMES = 150
 """Who is not there after so many frames never will be: this machine is too slow for it."""
+_MOST_HELD, _BEHIND = 60, 20
+"""So many frames wait at most (300 MB in 1280x720); of more than so many every second is left out.
+"""
 
 
 class CatchUp(Protocol):
@@ -132,6 +135,9 @@ class CatchUpThread:
         with self._changed:
             if self._is_busy and self._poses is None:
                 self._frames.append(frame)
+                if len(self._frames) > _MOST_HELD:
+                    # The first is where they were found, the last where they are to be.
+                    del self._frames[1:-1:2]
 
     def take(self) -> Mapping[str, Pose] | None:
         """As in `CatchUp`."""
@@ -170,20 +176,25 @@ class CatchUpThread:
 
     def _followed(self, starts: Mapping[str, Pose], *, are_rough: bool) -> Mapping[str, Pose]:
         n_followed = 0
-        while not self._closed.is_set():
-            with self._changed:
-                frames, self._frames = self._frames, []
-            if not frames or n_followed > _MOST_FRAMES:
+        while not self._closed.is_set() and n_followed <= _MOST_FRAMES:
+            frame = self._next(is_first=n_followed == 0)
+            if frame is None:
                 break
-            for frame in frames:
-                if self._closed.is_set():
-                    break
-                if n_followed == 0:
-                    self._pursuit.start(frame, starts, are_rough=are_rough)
-                else:
-                    self._pursuit.follow(frame)
-                n_followed += 1
+            if n_followed == 0:
+                self._pursuit.start(frame, starts, are_rough=are_rough)
+            else:
+                self._pursuit.follow(frame)
+            n_followed += 1
         return self._pursuit.poses()
+
+    def _next(self, *, is_first: bool) -> Frame | None:
+        """The next frame, or the one after it where this falls behind; None at the newest."""
+        with self._changed:
+            if not self._frames:
+                return None
+            if len(self._frames) > _BEHIND and not is_first:
+                del self._frames[0]
+            return self._frames.pop(0)
 
 
 class _Pursuit:

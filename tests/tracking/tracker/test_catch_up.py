@@ -1,7 +1,9 @@
 """A part that was found is followed to where it is now, beside the tracker."""
 
+import threading
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 
 import pytest
 from patience import within
@@ -11,6 +13,7 @@ from snapfit.models.camera import AZURE_KINECT_720P, RgbdCamera
 from snapfit.models.pose import Pose
 from snapfit.tracking.body import load_bodies
 from snapfit.tracking.finding.catch_up import CatchUp, CatchUpThread, ImmediateCatchUp
+from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 from snapfit.tracking.tracker import Tracker
 
 CAMERA = RgbdCamera(AZURE_KINECT_720P, AZURE_KINECT_720P)
@@ -97,3 +100,41 @@ def test_closing_does_not_wait_for_all_that_is_left(follower, frames) -> None:
     catch_up.begin(frames * 20, at(0), are_rough=True)
     catch_up.close()
     assert catch_up.take() is None or not catch_up.is_busy
+
+
+class Slow:
+    """Follows nothing until it may, and notes the frames that it is shown."""
+
+    names = ("jaw",)
+
+    def __init__(self) -> None:
+        self.may = threading.Event()
+        self.shown: list[str] = []
+
+    def stop(self, name: str) -> None:
+        assert name == "jaw"
+
+    def start(self, frame, starts, *, are_rough: bool) -> None:
+        assert (frame.name, list(starts), are_rough) == ("0", ["jaw"], False)
+
+    def track(self, frame) -> TrackingResult:
+        assert self.may.wait(within(60))
+        self.shown.append(frame.name)
+        number = min(int(frame.name), 11)
+        jaw = PartEstimate("jaw", Status.TRACKED, 0.9, at(number)["jaw"])
+        return TrackingResult(frame.name, 0, (jaw,), 1.0)
+
+
+def test_one_that_is_too_slow_leaves_frames_out_and_holds_few(frames) -> None:
+    slow = Slow()
+    catch_up = CatchUpThread(slow)
+    catch_up.begin(frames[:1], at(0), are_rough=False)
+    for number in range(1, 500):
+        catch_up.add(replace(frames[0], name=str(number)))
+        assert len(catch_up._frames) <= 61
+    slow.may.set()
+    assert "jaw" in taken(catch_up)
+    assert (slow.shown[0], slow.shown[-1]) == ("0", "499")
+    assert 10 <= len(slow.shown) <= 61
+    assert slow.shown == sorted(slow.shown, key=int)
+    catch_up.close()
