@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from snapfit.models.camera import RgbdCamera
@@ -153,31 +153,36 @@ class GuidedFinder:
         for each in candidates:
             if len(told) == len(alike):
                 break
-            found, objection = self._tried(scene, each, shape)
-            if found is None:
-                self._rejected[objection] += 1
+            found = self._found(scene, each, shape, self._bodies[body])
+            if isinstance(found, str):
+                self._rejected[found] += 1
             elif not any(self._is_same(body, found, body, other) for other in told):
                 told.append(found)
         return told
 
-    def _tried(self, scene: _Scene, candidate: Detection, shape: int) -> tuple[Verdict | None, str]:
-        """A convincing pose for a candidate of the network; or none, and why."""
-        region = scene.regions.cut(candidate.box_px, candidate.score)
-        regions = [] if region is None else [region]
-        if region is not None and candidate.score >= self._parameters.open_score:
-            opened = scene.regions.opened(region)
-            regions += [] if opened is None else [opened]
-        body = next(each for each in self._bodies if self._shapes[each.name] == shape)
+    def _found(self, scene: _Scene, candidate: Detection, shape: int, body: Body) -> Verdict | str:
+        """A convincing pose for a candidate of the network; or why there is none."""
         reason = "no_fit"
-        for each in regions:
-            found = self._best(scene, each, shape)
-            if found is None:
+        for region in self._regions(scene, candidate):
+            best = self._best(scene, region, shape)
+            if best is None:
                 continue
-            objection = self._objection(scene, body, found)
+            objection = self._objection(scene, body, best)
             if objection is None:
-                return found, ""
+                return best
             reason = objection
-        return None, reason
+        return reason
+
+    def _regions(self, scene: _Scene, candidate: Detection) -> Iterator[Region]:
+        """The region of a candidate; then the same as that of its visible piece alone."""
+        region = scene.regions.cut(candidate.box_px, candidate.score)
+        if region is None:
+            return
+        yield region
+        if candidate.score >= self._parameters.open_score:
+            opened = scene.regions.opened(region)
+            if opened is not None:
+                yield opened
 
     def _best(self, scene: _Scene, region: Region, shape: int) -> Verdict | None:
         """The surest pose in a region; None where no view fits."""

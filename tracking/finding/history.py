@@ -56,14 +56,10 @@ class History:
             if each.camera_from_body is not None and self._is_sure(each)
         }
 
-    def unsure(self) -> list[str]:
-        """Names of the other parts that the tracker has told of."""
-        return [name for name, each in self._last.items() if not self._is_sure(each)]
-
     def missing(self) -> list[str]:
-        """Names of the parts of which it is not known where they are by now."""
+        """Names of the other parts: it is not known where they are by now."""
         sure = self.sure()
-        return [name for name in self._symmetries if name not in sure or self.is_searched(name)]
+        return [name for name in self._symmetries if name not in sure]
 
     def is_searched(self, name: str) -> bool:
         """Whether a part is to start where it is found."""

@@ -106,11 +106,9 @@ class SelfStartingTracker:
 
     def _use(self, found: Found, frame: Frame, others: Sequence[Frame | None]) -> None:
         """Follow what is missing to where it is now; have poses of others tried out."""
-        history = self._history
-        carried = [self._carried(each) for each in found.hypotheses]
-        missing = history.missing()
-        known = {name: pose for name, pose in history.sure().items() if name not in missing}
-        places = self._assignment.assign(carried, missing, known)
+        known = self._history.sure()
+        carried = [self._carried(each, known) for each in found.hypotheses]
+        places = self._assignment.assign(carried, self._history.missing(), known)
         if self._catch_up is None:
             self._begin(frame, places, others, are_rough=True)
             places = {}
@@ -170,9 +168,9 @@ class SelfStartingTracker:
         self._trial.update(dict.fromkeys(starts, self._parameters.trial_frames))
         self._started += len(starts)
 
-    def _carried(self, hypothesis: Hypothesis) -> Hypothesis:
+    def _carried(self, hypothesis: Hypothesis, known: Mapping[str, Pose]) -> Hypothesis:
         """Where a find is by now: it went as the part was seen to go since."""
-        then, now = (each.get(hypothesis.part) for each in (self._then, self._history.sure()))
+        then, now = self._then.get(hypothesis.part), known.get(hypothesis.part)
         if then is None or now is None:
             return hypothesis
         pose = now @ then.inverse() @ hypothesis.camera_from_body
@@ -202,15 +200,15 @@ class SelfStartingTracker:
     def _look(self, frame: Frame) -> None:
         """Offer the frame where something is missing, and now and then."""
         self._since_look += 1
-        unsure = self._history.unsure()
-        missing = dict.fromkeys(each for name in unsure for each in self._found_as[name])
-        if not missing and self._since_look < self._parameters.every_frames:
+        missing = self._history.missing()
+        wanted = dict.fromkeys(each for name in missing for each in self._found_as[name])
+        if not wanted and self._since_look < self._parameters.every_frames:
             return
         if self._catch_up is not None and self._catch_up.is_busy:
             return
-        if self._lookout.offer(frame, tuple(missing) or self._lookout.names):
+        if self._lookout.offer(frame, tuple(wanted) or self._lookout.names):
             self._since_look = 0
             self._meanwhile.clear()
-            if self._history.missing():
+            if missing:
                 self._meanwhile.append(frame)
             self._then = self._history.sure()
