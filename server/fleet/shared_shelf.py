@@ -101,9 +101,10 @@ class SharedShelf:
         if count == 0 and self.records:
             self._change(client, lambda others: others or self.records)
             count, records = _held(client.hgetall(self._keys.anchors))
-        self._count, self.records = count, records
-        # Of boards that Redis has lost the worker's machine will tell.
+        # Views first: this is not the thread that answers, and whoever sees an anchor is told how
+        # the camera sees its board. Of boards that Redis has lost the worker's machine will tell.
         self.views = {**self.views, **views_of(client.hgetall(self._keys.views))}
+        self._count, self.records = count, records
 
     def hear_anchors(self, client: redis.Redis, value: bytes) -> None:
         """What another replica has changed, or this one."""

@@ -1,10 +1,12 @@
-"""Runs the real server with the scripted pipeline: python serve_scripted.py PORT [GBOT_PORT]."""
+"""Runs the real server with the scripted pipeline: python serve_scripted.py PORT [GBOT_PORT].
+
+SIGUSR1 sets its wall clock back.
+"""
 
 from __future__ import annotations
 
-import os
+import signal
 import sys
-import threading
 
 from rich.console import Console
 from wall_clock import step_back
@@ -14,12 +16,9 @@ from snapfit.server.cli.progress import StartProgress
 from snapfit.server.run import run_server
 from snapfit.server.settings import make_settings
 
-STEP_AFTER_S = 2.0
-
 
 def main() -> int:
-    if os.environ.get("SCRIPTED_FAULT") == "clock-back":
-        threading.Timer(STEP_AFTER_S, step_back).start()
+    signal.signal(signal.SIGUSR1, lambda *_: step_back())
     ports = {"port": int(sys.argv[1])}
     if len(sys.argv) > 2:
         ports["gbot_port"] = int(sys.argv[2])
