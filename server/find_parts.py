@@ -69,7 +69,9 @@ def with_finding(
     finder = create_finder(
         detector, parts, tracker.bodies, source.camera, source.asset, spec.providers
     )
-    finding = create_live(tracker, finder, detector, parts, source.frame_rate_hz, noted)
+    finding = create_live(
+        tracker, finder, detector, parts, source.frame_rate_hz, noted, source.asset
+    )
     # Only a network has one.
     provider: str | None = getattr(finder, "provider", None)
     return replace(

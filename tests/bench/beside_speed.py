@@ -1,7 +1,7 @@
 """What a detector beside the tracker costs its frames: make bench, suite `detector`.
 
 Seven moving parts at 30 frames a second, in turns with the detector looking all the time, as it
-does while parts are searched for, and without it.
+does while parts are searched for, and without it; with the kernel threads that a worker uses.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from snapfit.models.detector.card import ONNX_NAME
 from snapfit.tracking.detection.detector import Detector
 from snapfit.tracking.detection.parameters import DetectorParameters, RangeParameters
 from snapfit.tracking.finding.lookout import Lookout, LookoutThread
+from snapfit.tracking.kernel_threads import KernelThreads
 from snapfit.tracking.methods import MethodTracker, create_tracker
 
 MOST_RISE_PERCENT = 15.0
@@ -33,12 +34,13 @@ def run() -> list[Figure]:
     scene = make_scene(7, 16)
     tracker = create_tracker("icg", scene.parts, CAMERA)
     tracker.start(scene.frames[0], scene.poses[0])
+    threads = KernelThreads(1e3 * PERIOD_S)
     lookout = LookoutThread(detector)
     alone: list[float] = []
     beside: list[float] = []
     for _ in range(N_TURNS):
-        alone += _turn(tracker, scene, None)
-        beside += _turn(tracker, scene, lookout)
+        alone += _turn(tracker, scene, threads, None)
+        beside += _turn(tracker, scene, threads, lookout)
     lookout.close()
     first, second = statistics.median(alone), statistics.median(beside)
     rise = 100 * (second / first - 1)
@@ -50,7 +52,9 @@ def run() -> list[Figure]:
     ]
 
 
-def _turn(tracker: MethodTracker, scene: Scene, lookout: Lookout | None) -> list[float]:
+def _turn(
+    tracker: MethodTracker, scene: Scene, threads: KernelThreads, lookout: Lookout | None
+) -> list[float]:
     """Milliseconds of each frame of a turn."""
     times = []
     due_s = time.perf_counter()
@@ -61,5 +65,6 @@ def _turn(tracker: MethodTracker, scene: Scene, lookout: Lookout | None) -> list
             lookout.take()
             lookout.offer(frame, lookout.names)
         times.append(tracker.track(frame).duration_ms)
+        threads.tracked(times[-1])
         time.sleep(max(0.0, due_s - time.perf_counter()))
     return times[3:]

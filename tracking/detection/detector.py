@@ -157,13 +157,16 @@ class Detector:
         duration_ms = 1e3 * (time.perf_counter() - begin)
         return Detections(frame.name, tuple(found), dict(rejected), duration_ms)
 
-    def find(self, frame: Frame, wanted: Collection[str]) -> list[Hypothesis]:
+    def find(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> list[Hypothesis]:
         """As `Finder.find`: where the wanted parts may be, the surest first.
 
         Raises:
             FrameError: the frame does not fit the camera.
             TrackingError: a part that this detector does not know, or the network does not run.
         """
+        del known  # it looks at single images
         unknown = sorted(set(wanted) - set(self.names))
         if unknown:
             raise TrackingError(f"this detector finds {', '.join(self.names)}, not {unknown[0]!r}")

@@ -14,6 +14,7 @@ from snapfit.tracking.body import Body
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.catch_up import CatchUp, CatchUpThread, ImmediateCatchUp
 from snapfit.tracking.finding.finder import Finder
+from snapfit.tracking.finding.joined import joined
 from snapfit.tracking.finding.lookout import DelayedLookout, Lookout, LookoutThread
 from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.finding.parameters import SelfStartParameters
@@ -119,7 +120,7 @@ def create_offline(
     lookout = in_turn(
         [
             DelayedLookout(each, DelayFrames(LATENCIES[kind], frame_rate_hz))
-            for kind, each in _in_turn(detector, finder, tracker)
+            for kind, each in _in_turn(detector, finder, tracker, asset)
         ]
     )
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, camera))
@@ -133,6 +134,7 @@ def create_live(
     parts: Sequence[Part],
     frame_rate_hz: float,
     noted: Noted | None = None,
+    asset: Asset | None = None,
 ) -> SelfStartingTracker:
     """A tracker for a camera: it never waits for the finder, which has threads of its own.
 
@@ -142,8 +144,9 @@ def create_live(
         parts: that are followed, in order.
         frame_rate_hz: of the camera.
         noted: stands between the tracker and those threads, where their answers are recorded.
+        asset: whose links say where joined parts are; None: nothing is looked for there.
     """
-    finders = _in_turn(detector, finder, tracker)
+    finders = _in_turn(detector, finder, tracker, asset)
     lookout = in_turn([LookoutThread(each) for _, each in finders])
     catch_up: CatchUp = CatchUpThread(Tracker(tracker.bodies, tracker.camera))
     if noted is not None:
@@ -165,13 +168,16 @@ def self_starting(
     return SelfStartingTracker(tracker, parts, lookout, parameters, catch_up)
 
 
-def _in_turn(detector: str, finder: Finder, tracker: Tracker) -> tuple[tuple[str, Finder], ...]:
+def _in_turn(
+    detector: str, finder: Finder, tracker: Tracker, asset: Asset | None
+) -> list[tuple[str, Finder]]:
     """What looks, by its kind: beside a network that shapes guide, shape alone too."""
-    if detector != "network":
-        return ((detector, finder),)
-    from snapfit.tracking.finding.guided import finders_in_turn
+    finders: Sequence[tuple[str, Finder]] = [(detector, finder)]
+    if detector == "network":
+        from snapfit.tracking.finding.guided import finders_in_turn
 
-    return finders_in_turn(finder, tracker.bodies)
+        finders = finders_in_turn(finder, tracker.bodies)
+    return [(kind, joined(each, tracker.bodies, tracker.camera, asset)) for kind, each in finders]
 
 
 def _follower(method: str, tracker: object) -> Tracker:

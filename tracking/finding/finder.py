@@ -33,12 +33,15 @@ class Finder(Protocol):
     names: tuple[str, ...]
     """Of the parts that it can find."""
 
-    def find(self, frame: Frame, wanted: Collection[str]) -> list[Hypothesis]:
+    def find(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> list[Hypothesis]:
         """Look for parts.
 
         Args:
             frame: in which they are looked for.
             wanted: names of the parts.
+            known: where other parts are in this frame, as far as that is known.
 
         Returns:
             Several a part perhaps, the surest first; none of a part that was not found.

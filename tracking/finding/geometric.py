@@ -8,8 +8,8 @@ reported only where nearly all agrees.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
@@ -89,23 +89,31 @@ class GeometricFinder:
         self._views = {body.name: PartViews(body, self._parameters.proposals) for body in bodies}
         self._scorers = {body.name: Scorer(body, camera) for body in bodies}
 
-    def find(self, frame: Frame, wanted: Collection[str]) -> list[Hypothesis]:
+    def find(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> list[Hypothesis]:
         """Look for parts, each by itself; see `Finder.find`. Without depth none is found.
 
         Raises:
             FrameError: the frame does not fit the camera.
             TrackingError: a part that this finder does not know.
         """
+        del known  # each cluster is looked at by itself
         check_frame(frame, self.camera)
         for name in wanted:
             if name not in self._bodies:
-                known = ", ".join(self.names)
-                raise TrackingError(f"there is no part {name!r} to find; the parts are {known}")
-        names = [name for name in self.names if name in wanted]
-        scene = self._scene(frame) if names else None
+                names = ", ".join(self.names)
+                raise TrackingError(f"there is no part {name!r} to find; the parts are {names}")
+        sought = [name for name in self.names if name in wanted]
+        scene = self._scene(frame) if sought else None
         if scene is None:
             return []
-        return in_order([fit for name in names for fit in self._fits(scene, name)])
+        fits: list[Fit] = []
+        for shape in dict.fromkeys(self._shapes[name] for name in sought):
+            alike = [name for name in sought if self._shapes[name] == shape]
+            found = self._fits(scene, alike[0])
+            fits += [replace(fit, part=name) for name in alike for fit in found]
+        return in_order(fits)
 
     def _scene(self, frame: Frame) -> Scene | None:
         """The clusters that may be one of the parts; None without depth."""
@@ -123,7 +131,7 @@ class GeometricFinder:
         return _LARGER * self._bodies[name].mesh.diameter_m
 
     def _fits(self, scene: Scene, name: str) -> list[Fit]:
-        """Convincing poses of a part, one a cluster."""
+        """Convincing poses of a part, one a cluster; those of its like are the same."""
         scorer = self._scorers[name]
         scorer.see(scene.frame)
         tried = []

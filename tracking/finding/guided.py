@@ -103,13 +103,16 @@ class GuidedFinder:
         """Candidates that were not told since it was made, by reason."""
         return self._rejected + Counter(self._detector.rejected)
 
-    def find(self, frame: Frame, wanted: Collection[str]) -> list[Hypothesis]:
+    def find(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> list[Hypothesis]:
         """Look for parts; only those that are wanted cost time. See `Finder.find`.
 
         Raises:
             FrameError: the frame does not fit the camera.
             TrackingError: a part that this finder does not know, or the network does not run.
         """
+        del known  # each candidate is looked at by itself
         unknown = sorted(set(wanted) - set(self.names))
         if unknown:
             raise TrackingError(f"this finder finds {', '.join(self.names)}, not {unknown[0]!r}")
@@ -195,6 +198,8 @@ class GuidedFinder:
             pose = self.camera.color_from_depth @ each.depth_from_body
             tried += self._judged(scene, region, shape, pose, _FIRST_MARGINS_PX)
         tried.sort(key=lambda each: -each.score)
+        if not tried or tried[0].score < p.hopeless_score:
+            return None
         # Neighbours have mostly met at one pose.
         others = [each for each in tried[1:_SETTLED] if not _is_close(each, tried[0])]
         settled = [

@@ -7,9 +7,10 @@ import threading
 import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from snapfit.models.errors import SnapfitError
+from snapfit.models.pose import Pose
 from snapfit.tracking.finding.account import LookAccount
 from snapfit.tracking.finding.finder import CountsRejections, Finder, Hypothesis
 from snapfit.tracking.frame import Frame
@@ -48,8 +49,16 @@ class Lookout(Protocol):
     def account(self) -> LookAccount:
         """What has become of it so far."""
 
-    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
-        """Look into a frame for parts; False, and nothing is done, while it is busy."""
+    def offer(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> bool:
+        """Look into a frame for parts; False, and nothing is done, while it is busy.
+
+        Args:
+            frame: the newest one.
+            wanted: names of the parts.
+            known: where other parts are in this frame.
+        """
 
     def take(self) -> Found | None:
         """The answer, once; None while there is none. To be asked once a frame."""
@@ -58,11 +67,16 @@ class Lookout(Protocol):
         """Look no more."""
 
 
-def look(finder: Finder, frame: Frame, wanted: Collection[str]) -> Found:
+def look(
+    finder: Finder,
+    frame: Frame,
+    wanted: Collection[str],
+    known: Mapping[str, Pose] | None = None,
+) -> Found:
     """One look; what a finder cannot do is told and never stops a tracker."""
     begin = time.perf_counter()
     try:
-        hypotheses, problem = tuple(finder.find(frame, wanted)), None
+        hypotheses, problem = tuple(finder.find(frame, wanted, known)), None
     except SnapfitError as error:
         hypotheses, problem = (), str(error)
     duration_ms = 1e3 * (time.perf_counter() - begin)
@@ -100,13 +114,15 @@ class DelayedLookout:
         self._found: Found | None = None
         self._left = 0
 
-    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
+    def offer(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> bool:
         """As in `Lookout`."""
         if self._found is not None:
             return False
         delay = self._delay_frames
         self._left = delay if isinstance(delay, int) else delay(len(set(wanted)))
-        self._found = look(self._finder, frame, wanted)
+        self._found = look(self._finder, frame, wanted, known)
         self.account = _entered(self.account, self._found)
         return True
 
@@ -120,6 +136,14 @@ class DelayedLookout:
 
     def close(self) -> None:
         """Nothing runs."""
+
+
+class _Task(NamedTuple):
+    """What is to be looked for."""
+
+    frame: Frame
+    wanted: tuple[str, ...]
+    known: Mapping[str, Pose]
 
 
 class LookoutThread:
@@ -137,18 +161,21 @@ class LookoutThread:
         self.names, self.account = finder.names, LookAccount()
         self._finder = finder
         self._changed = threading.Condition()
-        self._task: tuple[Frame, tuple[str, ...]] | None = None
+        self._task: _Task | None = None
         self._found: Found | None = None
         self._is_busy = self._is_closed = False
         self._problems: set[str] = set()
         self._threads = started_pair(self._run, "lookout")
 
-    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
+    def offer(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> bool:
         """As in `Lookout`."""
         with self._changed:
             if self._is_busy or self._is_closed or self._found is not None:
                 return False
-            self._task, self._is_busy = (frame, tuple(wanted)), True
+            self._task = _Task(frame, tuple(wanted), dict(known or {}))
+            self._is_busy = True
             self._changed.notify_all()
         return True
 
@@ -168,7 +195,7 @@ class LookoutThread:
 
     def _is_for(self, is_urgent: bool) -> bool:
         """Whether there is a task of this kind."""
-        return self._task is not None and (set(self._task[1]) >= set(self.names)) == is_urgent
+        return self._task is not None and (set(self._task.wanted) >= set(self.names)) == is_urgent
 
     def _run(self, is_urgent: bool) -> None:
         while True:
@@ -176,21 +203,21 @@ class LookoutThread:
                 self._changed.wait_for(lambda: self._is_closed or self._is_for(is_urgent))
                 if self._is_closed or self._task is None:
                     return
-                (frame, wanted), self._task = self._task, None
-            found = self._look(frame, wanted)
+                task, self._task = self._task, None
+            found = self._look(task)
             self.account = _entered(self.account, found)
             with self._changed:
                 self._found, self._is_busy = found, False
 
-    def _look(self, frame: Frame, wanted: Collection[str]) -> Found:
+    def _look(self, task: _Task) -> Found:
         """One look; whatever goes wrong is told once, and the thread goes on."""
         try:
-            found = look(self._finder, frame, wanted)
+            found = look(self._finder, task.frame, task.wanted, task.known)
         except Exception as error:  # noqa: BLE001  # tracking never stops for it
             problem = f"{type(error).__name__}: {error}"
             if self._is_new(problem):
                 _LOG.exception("looking for parts failed: a bug (further ones are only counted)")
-            return Found(frame.name, (), 0.0, problem)
+            return Found(task.frame.name, (), 0.0, problem)
         if found.problem is not None and self._is_new(found.problem):
             _LOG.warning(
                 "looking for parts failed: %s (further ones are only counted)", found.problem

@@ -126,6 +126,7 @@ class GuidedParameters:
         box: how they are fitted into the network's boxes.
         least_tried, clear_score: so many poses of a region are refined at least; after that no
             more, if one of them scores so much.
+        hopeless_score: where none scores so much, none is refined further.
         least_score: that is told (see `Verdict.score`).
         open_score: of the network, from which on a box that no view fits may be that of the
             visible piece alone.
@@ -138,10 +139,46 @@ class GuidedParameters:
     box: BoxParameters = field(default_factory=BoxParameters)
     least_tried: int = 3
     clear_score: float = 0.85
+    hopeless_score: float = 0.35
     least_score: float = 0.65
     open_score: float = 0.45
     least_evidence: int = 100
     deepest_m: float = 0.012
+
+
+@dataclass(frozen=True)
+class JoinedParameters:
+    """All of looking for parts where links put them.
+
+    Attributes:
+        cloud: from the depth image to points that rise above the bench.
+        agrees_m: measured depth agrees with a drawn surface that is no farther off.
+        differs_m: what is so far from a known part is not explained by it.
+        through_m, through: a place is left out where depth is so much farther than such a share of
+            the part's corners.
+        least_pixels: of the cloud, in which the part can be seen.
+        least_seen: share of its surface that nothing unknown hides.
+        least_fit: share of what is seen that agrees.
+        least_needed: share of what agrees that nothing known explains.
+        least_confidence: of the refined pose: lines and points that agree.
+        stays_m, stays_rad: a refinement that leads farther from the place is not taken.
+        close_m, least_close: such a share of what is seen is so near to what is measured at last.
+    """
+
+    cloud: CloudParameters = field(default_factory=CloudParameters)
+    agrees_m: float = 0.008
+    differs_m: float = 0.006
+    through_m: float = 0.015
+    through: float = 0.3
+    least_pixels: int = 20
+    least_seen: float = 0.5
+    least_fit: float = 0.8
+    least_needed: float = 0.35
+    least_confidence: float = 0.5
+    stays_m: float = 0.01
+    stays_rad: float = 0.2
+    close_m: float = 0.004
+    least_close: float = 0.75
 
 
 @dataclass(frozen=True)

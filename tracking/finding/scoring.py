@@ -111,21 +111,35 @@ class Scorer:
         return render(cloud.camera, [(self._body.mesh, self._depth_from_color @ pose)])
 
 
+def drawn_window(drawn: Rendering) -> tuple[slice, slice] | None:
+    """Rows and columns in which something is drawn; None where nothing is."""
+    is_drawn = drawn.part_id > 0
+    rows, columns = np.flatnonzero(is_drawn.any(axis=1)), np.flatnonzero(is_drawn.any(axis=0))
+    if not len(rows):
+        return None
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
 def _overlap(drawn: Rendering, cloud: PointCloud, cluster: Cluster) -> float:
     """Intersection over union of a drawn part and a cluster, 0 to 1.
 
     Where nothing is measured, or something nearer than the part, nobody can tell.
     """
-    window = (
-        slice(cluster.top, cluster.top + cluster.mask.shape[0]),
-        slice(cluster.left, cluster.left + cluster.mask.shape[1]),
-    )
-    is_part = drawn.depth > 0
-    measured_m = cloud.depth_m
-    known = (measured_m > 0) & ~(is_part & (measured_m < drawn.depth - _BEHIND_M))
+    top, left = cluster.top, cluster.left
+    bottom, right = top + cluster.mask.shape[0], left + cluster.mask.shape[1]
+    seen = drawn_window(drawn)
+    if seen is None:
+        return 0.0
+    rows = slice(min(top, seen[0].start), max(bottom, seen[0].stop))
+    columns = slice(min(left, seen[1].start), max(right, seen[1].stop))
+    z, measured_m = drawn.depth[rows, columns], cloud.depth_m[rows, columns]
+    is_part = z > 0
+    known = (measured_m > 0) & ~(is_part & (measured_m < z - _BEHIND_M))
     mask = np.zeros_like(is_part)
-    mask[window] = cluster.mask
-    agrees = np.abs(measured_m - drawn.depth) < _BEHIND_M
+    mask[top - rows.start : bottom - rows.start, left - columns.start : right - columns.start] = (
+        cluster.mask
+    )
+    agrees = np.abs(measured_m - z) < _BEHIND_M
     # Nearer than the part inside its own cluster is no other thing.
     known |= mask
     union = (is_part | mask) & known

@@ -206,9 +206,10 @@ class SelfStartingTracker:
             return
         if self._catch_up is not None and self._catch_up.is_busy:
             return
-        if self._lookout.offer(frame, tuple(wanted) or self._lookout.names):
+        sure = self._history.sure()
+        if self._lookout.offer(frame, tuple(wanted) or self._lookout.names, sure):
             self._since_look = 0
             self._meanwhile.clear()
             if missing:
                 self._meanwhile.append(frame)
-            self._then = self._history.sure()
+            self._then = sure

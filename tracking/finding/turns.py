@@ -7,8 +7,9 @@ and parts in a hand apart. One looks at a time: they share the cores that the tr
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
+from snapfit.models.pose import Pose
 from snapfit.tracking.finding.account import LookAccount
 from snapfit.tracking.finding.lookout import Found, Lookout
 from snapfit.tracking.frame import Frame
@@ -51,14 +52,16 @@ class LookoutsInTurn:
             ),
         )
 
-    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
+    def offer(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> bool:
         """As in `Lookout`; one that knows none of the parts is passed over."""
         if self._is_waiting:
             return False
         for _ in self._lookouts:
             lookout = self._lookouts[self._turn]
-            known = [name for name in wanted if name in lookout.names]
-            if known and lookout.offer(frame, known):
+            findable = [name for name in wanted if name in lookout.names]
+            if findable and lookout.offer(frame, findable, known):
                 self._is_waiting = True
                 return True
             self._next()

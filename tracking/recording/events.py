@@ -61,8 +61,10 @@ class _NotedLookout:
     def account(self) -> LookAccount:
         return self._lookout.account
 
-    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
-        return self._lookout.offer(frame, wanted)
+    def offer(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> bool:
+        return self._lookout.offer(frame, wanted, known)
 
     def take(self) -> Found | None:
         found = self._lookout.take()

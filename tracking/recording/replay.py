@@ -53,8 +53,10 @@ class _RecordedLookout:
         """To be taken with the next frame."""
         self._found = found_of(event)
 
-    def offer(self, frame: Frame, wanted: Collection[str]) -> bool:
-        del frame, wanted
+    def offer(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> bool:
+        del frame, wanted, known
         if self._is_busy:
             return False
         self._is_busy = True

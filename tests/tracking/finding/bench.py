@@ -69,7 +69,10 @@ class StandIn:
         self.names = tuple(part.name for part in PARTS)
         self._truth, self._rng = truth, np.random.default_rng(1)
 
-    def find(self, frame: Frame, wanted: Collection[str]) -> list[Hypothesis]:
+    def find(
+        self, frame: Frame, wanted: Collection[str], known: Mapping[str, Pose] | None = None
+    ) -> list[Hypothesis]:
+        del known
         found = []
         for name, pose in self._truth[frame.name].items():
             off = self._rng.normal(0, [0.05] * 3 + [0.004] * 3)

@@ -50,7 +50,7 @@ class Network:
         ]
         return Detections(frame.name, tuple(found))
 
-    def find(self, frame, wanted):
+    def find(self, frame, wanted, *_):
         found = self.detect(frame).found
         return [Hypothesis(e.part, e.camera_from_body, e.score) for e in found if e.part in wanted]
 

@@ -15,7 +15,7 @@ class Finds:
     def __init__(self, names, problem=None):
         self.names, self.asked, self.problem = names, [], problem
 
-    def find(self, frame, wanted):
+    def find(self, frame, wanted, *_):
         self.asked.append((frame.name, tuple(wanted)))
         if self.problem:
             raise self.problem

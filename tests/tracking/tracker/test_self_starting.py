@@ -38,7 +38,7 @@ class FakeFinder:
         self.poses, self.score = poses, score
         self.asked: list[tuple[str, ...]] = []
 
-    def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+    def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
         del frame
         self.asked.append(tuple(wanted))
         poses = self.poses.items()
@@ -48,7 +48,7 @@ class FakeFinder:
 class BrokenFinder:
     names = ("jaw",)
 
-    def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+    def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
         del frame, wanted
         raise TrackingError("the network is made of cheese")
 
@@ -77,7 +77,7 @@ def test_parts_start_by_themselves(parts, draw) -> None:
 
 def test_twins_share_what_a_detector_takes_for_one_of_them(parts, draw) -> None:
     class OneClass(FakeFinder):
-        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
             del frame, wanted
             return [Hypothesis("jaw", pose.perturbed(OFF), 0.9) for pose in (HERE, THERE)]
 
@@ -104,7 +104,7 @@ def test_a_part_that_moves_while_it_is_looked_for_starts_where_it_is_now(parts, 
         return {"jaw": Pose.from_translation(0.004 * number, 0.0, 0.0) @ THERE}
 
     class Watching(FakeFinder):
-        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
             self.poses = at(int(frame.name))
             return super().find(frame, wanted)
 
@@ -133,7 +133,7 @@ def test_a_part_that_was_lost_is_tried_out_where_it_has_gone_since(parts, draw) 
         return {"jaw": gone @ Pose.exp([0.0, 1.2, 0.4, 0, 0, 0])}
 
     class Watching(FakeFinder):
-        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
             found = super().find(frame, wanted) if int(frame.name) >= 0 else []
             pose = at(int(frame.name))["jaw"]
             return [replace(each, camera_from_body=pose, is_refined=True) for each in found]
@@ -216,7 +216,7 @@ def test_a_finder_that_fails_is_told_and_tracking_goes_on(parts, draw, caplog) -
 
 def test_tracking_does_not_wait_for_a_finder_that_takes_long(parts, draw) -> None:
     class Slow(FakeFinder):
-        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
             begun.set()
             assert may_end.wait(within(60))
             return super().find(frame, wanted)
@@ -253,7 +253,7 @@ def test_tracking_does_not_wait_for_a_finder_that_takes_long(parts, draw) -> Non
 )
 def test_looks_that_fail_are_counted_and_told_once(draw, parts, caplog, error, told) -> None:
     class Failing(FakeFinder):
-        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
             del frame, wanted
             raise error
 
@@ -318,7 +318,7 @@ def test_a_part_that_is_hidden_at_once_is_not_dropped(parts, draw) -> None:
     """A hand comes while it is looked for: it starts, waits, and is tracked when it is seen."""
 
     class Refined(FakeFinder):
-        def find(self, frame, wanted: Collection[str]) -> list[Hypothesis]:
+        def find(self, frame, wanted: Collection[str], *_) -> list[Hypothesis]:
             found = super().find(frame, wanted)
             return [replace(e, camera_from_body=HERE, is_refined=True) for e in found]
 
