@@ -20,10 +20,12 @@ from snapfit.models.pose import Pose
 from snapfit.models.rasteriser import Rendering, render
 from snapfit.models.symmetry import distance_modulo_symmetry
 from snapfit.tracking.body import Body
+from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.among import AmongOthers
 from snapfit.tracking.finding.assignment import Assignment
 from snapfit.tracking.finding.finder import CountsRejections, Finder, Hypothesis
 from snapfit.tracking.finding.link_places import LinkPlaces
+from snapfit.tracking.finding.open3d_module import open3d
 from snapfit.tracking.finding.parameters import JoinedParameters
 from snapfit.tracking.finding.plane import find_plane, rises
 from snapfit.tracking.finding.point_cloud import PointCloud, point_cloud
@@ -176,21 +178,18 @@ class JoinedFinder:
         vertices = self._bodies[name].mesh.vertices
         corners = vertices[:: max(1, len(vertices) // _CORNERS)]
         placed = np.stack([(self._depth_from_color @ pose).transform(corners) for pose in poses])
+        poses = [pose for pose, z in zip(poses, placed[..., 2], strict=True) if z.min() > 0]
+        placed = placed[placed[..., 2].min(axis=1) > 0]
         columns, rows = np.rint(camera.project(placed.reshape(-1, 3))).astype(np.int64).T
         z = placed[..., 2]
         inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
-        inside &= z.ravel() > 0
         measured = np.zeros(len(columns))
         measured[inside] = scene.cloud.depth_m[rows[inside], columns[inside]]
         is_through = (measured.reshape(z.shape) - z > p.through_m).mean(axis=1)
         return [pose for pose, share in zip(poses, is_through, strict=True) if share < p.through]
 
     def _near(self, place: Pose, refined: Pose, name: str) -> list[Pose]:
-        """The refined pose, and the place itself.
-
-        What its neighbours hide of a part leads a refinement astray that does not know them: one
-        that leads too far is left out.
-        """
+        """The refined pose, and the place itself; the former not where it has been led astray."""
         p = self._parameters
         off_m, off_rad = distance_modulo_symmetry(place, refined, self._symmetries[name])
         return [refined, place] if off_m < p.stays_m and off_rad < p.stays_rad else [place]
@@ -225,7 +224,7 @@ class JoinedFinder:
 def joined(
     finder: Finder, bodies: Sequence[Body], camera: RgbdCamera, asset: Asset | None
 ) -> Finder:
-    """The finder with the links beside, where there are links, and depth; else the finder alone.
+    """The finder with the links beside; the finder alone without links, depth, or Open3D.
 
     Args:
         finder: that looks first.
@@ -234,5 +233,9 @@ def joined(
         asset: that they belong to, if any.
     """
     if asset is None or camera.depth is None or not any(each.links for each in asset.states):
+        return finder
+    try:
+        open3d()
+    except TrackingError:  # whoever needs it has told so
         return finder
     return JoinedFinder(finder, bodies, camera, asset)

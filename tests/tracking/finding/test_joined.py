@@ -9,6 +9,7 @@ import pytest
 from bench import ASSET, on_bench
 
 from snapfit.models.symmetry import distance_modulo_symmetry
+from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.finder import Hypothesis
 from snapfit.tracking.finding.joined import JoinedFinder, joined
 
@@ -104,6 +105,12 @@ def test_parts_that_are_known_cost_no_look(finder_of, clamp, assembled, draw) ->
     assert finder.find(frame, ["jaw"], None) == []
 
 
+def test_a_place_behind_the_camera_is_none(finder_of, clamp, assembled, draw) -> None:
+    base = assembled["base"]
+    behind = type(base).from_rotation_translation(base.rotation, np.array([0.0, 0.0, 0.001]))
+    assert finder_of().find(draw(clamp, assembled), ["jaw", "bolt"], {"base": behind}) == []
+
+
 def test_without_depth_the_other_finder_is_left(finder_of, clamp, assembled, draw) -> None:
     seen = Hypothesis("jaw", assembled["jaw"], 0.9)
     frame = replace(draw(clamp, assembled), depth=None)
@@ -127,6 +134,15 @@ def test_twice_the_same(finder_of, clamp, assembled, draw) -> None:
     assert [each.part for each in one] == [each.part for each in other]
     for each, again in zip(one, other, strict=True):
         np.testing.assert_array_equal(each.camera_from_body.matrix, again.camera_from_body.matrix)
+
+
+def test_without_open3d_a_finder_stands_alone(bodies, camera, monkeypatch) -> None:
+    def missing():
+        raise TrackingError("no Open3D here")
+
+    blind = Blind()
+    monkeypatch.setattr("snapfit.tracking.finding.joined.open3d", missing)
+    assert joined(blind, bodies, camera, ASSET) is blind
 
 
 def test_where_there_are_no_links_nothing_stands_before_a_finder(bodies, camera) -> None:
