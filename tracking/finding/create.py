@@ -14,7 +14,7 @@ from snapfit.tracking.body import Body
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.catch_up import CatchUp, CatchUpThread, ImmediateCatchUp
 from snapfit.tracking.finding.finder import Finder
-from snapfit.tracking.finding.joined import joined
+from snapfit.tracking.finding.joined import with_links
 from snapfit.tracking.finding.lookout import DelayedLookout, Lookout, LookoutThread
 from snapfit.tracking.finding.names import DetectorName
 from snapfit.tracking.finding.parameters import SelfStartParameters
@@ -177,7 +177,7 @@ def _in_turn(
         from snapfit.tracking.finding.guided import finders_in_turn
 
         finders = finders_in_turn(finder, tracker.bodies)
-    return [(kind, joined(each, tracker.bodies, tracker.camera, asset)) for kind, each in finders]
+    return with_links(finders, tracker.bodies, tracker.camera, asset)
 
 
 def _follower(method: str, tracker: object) -> Tracker:

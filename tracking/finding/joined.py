@@ -2,94 +2,38 @@
 
 In the midst of an assembly most parts are joined: their outlines stand out nowhere, and neither
 shape alone nor a network that is unsure tells them apart. But the manifest says where each may sit
-on its neighbours. So what another finder leaves is looked for there, and told where the depth image
-shows something that the known parts do not explain, and the tracker's optimiser agrees with it.
+on its neighbours. So what another finder leaves is looked for there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
 
 from snapfit.models.asset import Asset
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.pose import Pose
-from snapfit.models.rasteriser import Rendering, render
-from snapfit.models.symmetry import distance_modulo_symmetry
 from snapfit.tracking.body import Body
 from snapfit.tracking.errors import TrackingError
-from snapfit.tracking.finding.among import AmongOthers
-from snapfit.tracking.finding.assignment import Assignment
 from snapfit.tracking.finding.finder import CountsRejections, Finder, Hypothesis
-from snapfit.tracking.finding.link_places import LinkPlaces
+from snapfit.tracking.finding.neighbour_search import NeighbourSearch
 from snapfit.tracking.finding.open3d_module import open3d
-from snapfit.tracking.finding.parameters import JoinedParameters
-from snapfit.tracking.finding.plane import find_plane, rises
-from snapfit.tracking.finding.point_cloud import PointCloud, point_cloud
-from snapfit.tracking.finding.scoring import drawn_window
 from snapfit.tracking.frame import Frame
-
-_HIDDEN_M = 0.003
-_CORNERS = 60
-
-
-@dataclass(frozen=True, eq=False)
-class _Scene:
-    """What a frame holds.
-
-    Attributes:
-        frame: itself.
-        there: `camera_from_body` of the known parts.
-        cloud: its points.
-        stands: (h, w) those of them that rise above the bench.
-        known: (h, w) depth of the known parts, m, 0 where none is.
-    """
-
-    frame: Frame
-    there: Mapping[str, Pose]
-    cloud: PointCloud
-    stands: npt.NDArray[np.bool_]
-    known: npt.NDArray[np.float32]
 
 
 class JoinedFinder:
     """Another finder, and what the links say beside what it finds; see `Finder`.
 
+    Args:
+        finder: that looks first.
+        search: that looks beside what is known then.
+
     Attributes:
         names: of the parts that the other finder knows.
-        camera: where the frames come from.
     """
 
-    def __init__(
-        self,
-        finder: Finder,
-        bodies: Sequence[Body],
-        camera: RgbdCamera,
-        asset: Asset,
-        parameters: JoinedParameters | None = None,
-    ) -> None:
-        """Makes ready.
-
-        Args:
-            finder: that looks first.
-            bodies: the tracked parts, with their viewpoint models.
-            camera: where the frames come from.
-            asset: whose states say how parts are linked.
-            parameters: of all steps.
-        """
-        self.names, self.camera = finder.names, camera
-        self._finder = finder
-        self._parameters = parameters or JoinedParameters()
-        self._bodies = {body.name: body for body in bodies}
-        self._symmetries = {part.name: part.symmetry for part in asset.parts}
-        self._places = LinkPlaces(asset.tracked_parts, asset.states)
-        self._assignment = Assignment(bodies)
-        self._among = AmongOthers(bodies, camera)
-        self._depth_from_color = camera.color_from_depth.inverse()
-        self._largest_m = max(body.mesh.diameter_m for body in bodies)
+    def __init__(self, finder: Finder, search: NeighbourSearch) -> None:
+        self.names = finder.names
+        self._finder, self._search = finder, search
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -105,13 +49,13 @@ class JoinedFinder:
             FrameError, TrackingError: as the other finder does.
         """
         found = list(self._finder.find(frame, wanted, known))
-        there = {name: pose for name, pose in (known or {}).items() if name in self._bodies}
+        there = dict(known or {})
         missing = [name for name in self.names if name in wanted and name not in there]
-        there |= self._assignment.assign(found, missing, there)
+        there |= self._search.assignment.assign(found, missing, there)
         missing = [name for name in missing if name not in there]
         # What is found beside one part may carry the next.
         while missing and there:
-            news = self._beside(frame, missing, there)
+            news = self._search.beside(frame, missing, there)
             if not news:
                 break
             found += news
@@ -119,123 +63,26 @@ class JoinedFinder:
             missing = [name for name in missing if name not in there]
         return found
 
-    def _beside(
-        self, frame: Frame, missing: Sequence[str], there: Mapping[str, Pose]
-    ) -> list[Hypothesis]:
-        """Those of the missing parts that sit on one of those that are there."""
-        likely = {name: poses for name in missing if (poses := self._places.of(name, there))}
-        scene = self._scene(frame, there) if likely else None
-        if scene is None:
-            return []
-        told = [
-            found
-            for name, poses in likely.items()
-            if (found := self._surest(scene, name, poses)) is not None
-        ]
-        placed = self._assignment.assign(told, missing, there)
-        # A twin may sit where another one was looked for: the part that a link names stays its own.
-        return [each for each in told if placed.get(each.part) is each.camera_from_body]
 
-    def _scene(self, frame: Frame, there: Mapping[str, Pose]) -> _Scene | None:
-        """What the depth image holds; None without one."""
-        depth, camera, p = frame.depth, self.camera, self._parameters.cloud
-        if depth is None or camera.depth is None:
-            return None
-        cloud = point_cloud(depth, camera.depth, camera.depth_scale_m, p.stride_px, p.farthest_m)
-        stands = rises(cloud, find_plane(cloud, p, self._largest_m), p)
-        return _Scene(frame, there, cloud, stands, self._drawn(cloud, there).depth)
-
-    def _drawn(self, cloud: PointCloud, there: Mapping[str, Pose]) -> Rendering:
-        """Parts as the cloud's camera would see them alone."""
-        bodies = [
-            (self._bodies[name].mesh, self._depth_from_color @ pose) for name, pose in there.items()
-        ]
-        return render(cloud.camera, bodies)
-
-    def _surest(self, scene: _Scene, name: str, poses: Sequence[Pose]) -> Hypothesis | None:
-        """A part in the place that fits best, refined; None where nothing speaks for it."""
-        p = self._parameters
-        poses = self._not_seen_through(scene, name, poses)
-        if not poses:
-            return None
-        fits = [self._fit(scene, name, pose) for pose in poses]
-        best = int(np.argmax(fits))
-        if fits[best] < p.least_fit:
-            return None
-        settled = self._among.settle(scene.frame, name, poses[best], scene.there)
-        if settled is None or settled.evidence.confidence < p.least_confidence:
-            return None
-        told = max(
-            self._near(poses[best], settled.camera_from_body, name),
-            key=lambda pose: self._fit(scene, name, pose, p.close_m),
-        )
-        score = self._fit(scene, name, told, p.close_m)
-        return Hypothesis(name, told, score, is_refined=True) if score >= p.least_close else None
-
-    def _not_seen_through(self, scene: _Scene, name: str, poses: Sequence[Pose]) -> list[Pose]:
-        """The places that the camera does not see through: a quick test of the mesh's corners."""
-        p, camera = self._parameters, scene.cloud.camera
-        vertices = self._bodies[name].mesh.vertices
-        corners = vertices[:: max(1, len(vertices) // _CORNERS)]
-        placed = np.stack([(self._depth_from_color @ pose).transform(corners) for pose in poses])
-        poses = [pose for pose, z in zip(poses, placed[..., 2], strict=True) if z.min() > 0]
-        placed = placed[placed[..., 2].min(axis=1) > 0]
-        columns, rows = np.rint(camera.project(placed.reshape(-1, 3))).astype(np.int64).T
-        z = placed[..., 2]
-        inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
-        measured = np.zeros(len(columns))
-        measured[inside] = scene.cloud.depth_m[rows[inside], columns[inside]]
-        is_through = (measured.reshape(z.shape) - z > p.through_m).mean(axis=1)
-        return [pose for pose, share in zip(poses, is_through, strict=True) if share < p.through]
-
-    def _near(self, place: Pose, refined: Pose, name: str) -> list[Pose]:
-        """The refined pose, and the place itself; the former not where it has been led astray."""
-        p = self._parameters
-        off_m, off_rad = distance_modulo_symmetry(place, refined, self._symmetries[name])
-        return [refined, place] if off_m < p.stays_m and off_rad < p.stays_rad else [place]
-
-    def _fit(self, scene: _Scene, name: str, pose: Pose, agrees_m: float | None = None) -> float:
-        """Share of a part's seen surface that lies where depth is measured, 0 to 1.
-
-        0 where too little of it can be seen, or where the known parts and the bench explain what
-        is measured as well.
-        """
-        drawn = self._drawn(scene.cloud, {name: pose})
-        p, window = self._parameters, drawn_window(drawn)
-        if window is None:
-            return 0.0
-        z, known = drawn.depth[window], scene.known[window]
-        measured, stands = scene.cloud.depth_m[window], scene.stands[window]
-        is_seen = (z > 0) & ~((known > 0) & (known < z - _HIDDEN_M))
-        behind = measured - z
-        # Something unknown that is nearer may hide it.
-        asked = is_seen & (measured > 0) & (behind >= -p.agrees_m)
-        n_asked = int(asked.sum())
-        if n_asked < p.least_pixels or n_asked < p.least_seen * int(is_seen.sum()):
-            return 0.0
-        agrees = asked & (np.abs(behind) <= (agrees_m or p.agrees_m))
-        other = (known == 0) | (np.abs(known - measured) > p.differs_m)
-        n_agrees = int(agrees.sum())
-        if int((agrees & other & stands).sum()) < p.least_needed * n_agrees:
-            return 0.0
-        return n_agrees / n_asked
-
-
-def joined(
-    finder: Finder, bodies: Sequence[Body], camera: RgbdCamera, asset: Asset | None
-) -> Finder:
-    """The finder with the links beside; the finder alone without links, depth, or Open3D.
+def with_links(
+    finders: Sequence[tuple[str, Finder]],
+    bodies: Sequence[Body],
+    camera: RgbdCamera,
+    asset: Asset | None,
+) -> list[tuple[str, Finder]]:
+    """Finders that look in turn, with the links beside; as they are without links or depth.
 
     Args:
-        finder: that looks first.
+        finders: by the name of their kind.
         bodies: the tracked parts, with their viewpoint models.
         camera: where the frames come from.
         asset: that they belong to, if any.
     """
     if asset is None or camera.depth is None or not any(each.links for each in asset.states):
-        return finder
+        return list(finders)
     try:
         open3d()
     except TrackingError:  # whoever needs it has told so
-        return finder
-    return JoinedFinder(finder, bodies, camera, asset)
+        return list(finders)
+    search = NeighbourSearch(bodies, camera, asset)
+    return [(kind, JoinedFinder(finder, search)) for kind, finder in finders]

@@ -10,7 +10,7 @@ from importlib import import_module
 from snapfit.models.asset import Asset, Part
 from snapfit.tracking.finding.catch_up import ImmediateCatchUp
 from snapfit.tracking.finding.finder import Finder
-from snapfit.tracking.finding.joined import joined
+from snapfit.tracking.finding.joined import with_links
 from snapfit.tracking.finding.lookout import DelayedLookout
 from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
@@ -49,11 +49,8 @@ def reinitialised(
         finders = import_module(FINDERS["network"]).finders_in_turn(finder, tracker.bodies)
     lookout = in_turn(
         [
-            DelayedLookout(
-                joined(each, tracker.bodies, tracker.camera, asset),
-                DelayFrames(LATENCIES[kind], frame_rate_hz),
-            )
-            for kind, each in finders
+            DelayedLookout(each, DelayFrames(LATENCIES[kind], frame_rate_hz))
+            for kind, each in with_links(finders, tracker.bodies, tracker.camera, asset)
         ]
     )
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, tracker.camera))

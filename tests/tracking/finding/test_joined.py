@@ -11,7 +11,8 @@ from bench import ASSET, on_bench
 from snapfit.models.symmetry import distance_modulo_symmetry
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.finder import Hypothesis
-from snapfit.tracking.finding.joined import JoinedFinder, joined
+from snapfit.tracking.finding.joined import JoinedFinder, with_links
+from snapfit.tracking.finding.neighbour_search import NeighbourSearch
 
 pytestmark = pytest.mark.usefixtures("needs_open3d")
 LINKS = {link.child: link for link in ASSET.states[-1].links}
@@ -41,9 +42,15 @@ def assembled(clamp):
     }
 
 
+@pytest.fixture(scope="module")
+def search(needs_open3d, bodies, camera):
+    del needs_open3d
+    return NeighbourSearch(bodies, camera, ASSET)
+
+
 @pytest.fixture
-def finder_of(bodies, camera):
-    return lambda *found: JoinedFinder(Blind(*found), bodies, camera, ASSET)
+def finder_of(search):
+    return lambda *found: JoinedFinder(Blind(*found), search)
 
 
 def assert_found(clamp, hypothesis, pose) -> None:
@@ -117,9 +124,9 @@ def test_without_depth_the_other_finder_is_left(finder_of, clamp, assembled, dra
     assert finder_of(seen).find(frame, ["jaw", "bolt"], {"base": assembled["base"]}) == [seen]
 
 
-def test_the_other_finder_is_asked_as_it_would_be(bodies, camera, clamp, assembled, draw) -> None:
+def test_the_other_finder_is_asked_as_it_would_be(search, clamp, assembled, draw) -> None:
     blind = Blind()
-    finder = JoinedFinder(blind, bodies, camera, ASSET)
+    finder = JoinedFinder(blind, search)
     frame = draw(clamp, assembled)
     finder.find(frame, ["jaw"], {"base": assembled["base"]})
     assert blind.asked == [(frame.name, ("jaw",), {"base": assembled["base"]})]
@@ -136,18 +143,20 @@ def test_twice_the_same(finder_of, clamp, assembled, draw) -> None:
         np.testing.assert_array_equal(each.camera_from_body.matrix, again.camera_from_body.matrix)
 
 
-def test_without_open3d_a_finder_stands_alone(bodies, camera, monkeypatch) -> None:
+def test_without_open3d_finders_stand_alone(bodies, camera, monkeypatch) -> None:
     def missing():
         raise TrackingError("no Open3D here")
 
-    blind = Blind()
+    alone = [("network", Blind())]
     monkeypatch.setattr("snapfit.tracking.finding.joined.open3d", missing)
-    assert joined(blind, bodies, camera, ASSET) is blind
+    assert with_links(alone, bodies, camera, ASSET) == alone
 
 
 def test_where_there_are_no_links_nothing_stands_before_a_finder(bodies, camera) -> None:
-    blind = Blind()
-    assert joined(blind, bodies, camera, None) is blind
-    assert joined(blind, bodies, replace(camera, depth=None), ASSET) is blind
-    assert joined(blind, bodies, camera, replace(ASSET, states=())) is blind
-    assert isinstance(joined(blind, bodies, camera, ASSET), JoinedFinder)
+    alone = [("geometric", Blind()), ("network", Blind())]
+    assert with_links(alone, bodies, camera, None) == alone
+    assert with_links(alone, bodies, replace(camera, depth=None), ASSET) == alone
+    assert with_links(alone, bodies, camera, replace(ASSET, states=())) == alone
+    both = with_links(alone, bodies, camera, ASSET)
+    assert [kind for kind, _ in both] == ["geometric", "network"]
+    assert all(isinstance(each, JoinedFinder) for _, each in both)
