@@ -21,6 +21,7 @@ from snapfit.tracking.finding.parameters import SelfStartParameters
 from snapfit.tracking.finding.reinitialised import DelayFrames
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
 from snapfit.tracking.finding.turns import in_turn
+from snapfit.tracking.finding.twins import twins_of
 from snapfit.tracking.method import LATENCIES
 from snapfit.tracking.methods import Progress, create_tracker
 from snapfit.tracking.tracker import Tracker
@@ -124,7 +125,8 @@ def create_offline(
         ]
     )
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, camera))
-    return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up)
+    twins = twins_of(parts, tracker.bodies, asset)
+    return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up, twins=twins)
 
 
 def create_live(
@@ -151,7 +153,7 @@ def create_live(
     catch_up: CatchUp = CatchUpThread(Tracker(tracker.bodies, tracker.camera))
     if noted is not None:
         lookout, catch_up = noted.lookout(lookout), noted.catch_up(catch_up)
-    return self_starting(tracker, lookout, catch_up, detector, parts, frame_rate_hz)
+    return self_starting(tracker, lookout, catch_up, detector, parts, frame_rate_hz, asset)
 
 
 def self_starting(
@@ -161,11 +163,13 @@ def self_starting(
     detector: str,
     parts: Sequence[Part],
     frame_rate_hz: float,
+    asset: Asset | None,
 ) -> SelfStartingTracker:
     """A tracker that looks for its parts as often as this detector can look beside a camera."""
     every_frames = max(1, round(_EVERY_S[detector] * frame_rate_hz))
     parameters = SelfStartParameters(every_frames=every_frames)
-    return SelfStartingTracker(tracker, parts, lookout, parameters, catch_up)
+    twins = twins_of(parts, tracker.bodies, asset)
+    return SelfStartingTracker(tracker, parts, lookout, parameters, catch_up, twins)
 
 
 def _in_turn(

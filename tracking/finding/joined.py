@@ -48,9 +48,10 @@ class JoinedFinder:
         Raises:
             FrameError, TrackingError: as the other finder does.
         """
-        found = list(self._finder.find(frame, wanted, known))
         there = dict(known or {})
         missing = [name for name in self.names if name in wanted and name not in there]
+        found = self._finder.find(frame, wanted, known)
+        found = self._search.twins.named(found, missing, there)
         there |= self._search.assignment.assign(found, missing, there)
         missing = [name for name in missing if name not in there]
         # What is found beside one part may carry the next.

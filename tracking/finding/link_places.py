@@ -43,6 +43,7 @@ class LinkPlaces:
             found.setdefault((link.parent, link.child), []).extend(_beside(parent, placed))
             inverses = [each.inverse() for each in placed]
             found.setdefault((link.child, link.parent), []).extend(_beside(child, inverses))
+        self._symmetries = {part.name: part.symmetry for part in parts}
         self._places = {
             (known, wanted): _different(places, by_name[wanted].symmetry)
             for (known, wanted), places in found.items()
@@ -55,6 +56,30 @@ class LinkPlaces:
         it looks the same.
         """
         return self._places.get((known, wanted), ())
+
+    def sits(
+        self, part: str, pose: Pose, known: Mapping[str, Pose], near_m: float, near_rad: float
+    ) -> bool:
+        """Whether a part at a pose is in one of its places beside the known ones.
+
+        Args:
+            part: its name.
+            pose: `camera_from_body` of it.
+            known: the same of the others.
+            near_m, near_rad: how near; between two steps of a joint half a step is not near.
+        """
+        symmetry = self._symmetries[part]
+        motions = _motions(symmetry)
+        return any(
+            _any_same(
+                (other.inverse() @ pose).matrix @ motions,
+                np.stack([place.matrix for place in places]),
+                symmetry.axis,
+                (near_m, near_rad),
+            )
+            for name, other in known.items()
+            if (places := self.beside(name, part))
+        )
 
     def of(self, wanted: str, known: Mapping[str, Pose]) -> list[Pose]:
         """`camera_from_wanted` of all places of a part beside the known ones."""
@@ -70,19 +95,29 @@ def _beside(known: Part, places: Iterable[Pose]) -> list[Pose]:
 
 def _different(places: Sequence[Pose], symmetry: Symmetry) -> tuple[Pose, ...]:
     """Places of a part, of those that look the same the first."""
-    motions = np.stack([Pose.identity().matrix, *(each.matrix for each in symmetry.motions)])
+    motions = _motions(symmetry)
     kept: list[Pose] = []
     known = np.zeros((0, 4, 4))
     for place in places:
         alike = place.matrix @ motions
-        if not _any_same(alike, known, symmetry.axis):
+        if not _any_same(alike, known, symmetry.axis, (_SAME_M, _SAME_RAD)):
             kept.append(place)
             known = np.concatenate([known, place.matrix[None]])
     return tuple(kept)
 
 
-def _any_same(alike: Array, known: Array, axis: SymmetryAxis | None) -> bool:
-    """Whether one of some poses (M, 4, 4) is, but for turns about an axis, one of (N, 4, 4)."""
+def _motions(symmetry: Symmetry) -> Array:
+    """(M, 4, 4) discrete motions, the identity first."""
+    return np.stack([Pose.identity().matrix, *(each.matrix for each in symmetry.motions)])
+
+
+def _any_same(
+    alike: Array, known: Array, axis: SymmetryAxis | None, near: tuple[float, float]
+) -> bool:
+    """Whether one of (M, 4, 4) poses is near one of (N, 4, 4), by m and rad.
+
+    Turns about an axis of symmetry do not count.
+    """
     one, other = alike[:, None], known[None]
     if axis is None:
         apart = one[..., :3, 3] - other[..., :3, 3]
@@ -92,8 +127,8 @@ def _any_same(alike: Array, known: Array, axis: SymmetryAxis | None) -> bool:
         apart = (one - other)[..., :3, :3] @ axis.point_m + (one - other)[..., :3, 3]
         first, second = one[..., :3, :3] @ axis.direction, other[..., :3, :3] @ axis.direction
         cosine = (first * second).sum(axis=-1)
-    near = (apart * apart).sum(axis=-1) < _SAME_M**2
-    return bool((near & (cosine > math.cos(_SAME_RAD))).any())
+    is_near = (apart * apart).sum(axis=-1) < near[0] ** 2
+    return bool((is_near & (cosine > math.cos(near[1]))).any())
 
 
 def _along(link: Link) -> Iterator[Pose]:

@@ -26,6 +26,7 @@ from snapfit.tracking.finding.parameters import JoinedParameters
 from snapfit.tracking.finding.plane import find_plane, rises
 from snapfit.tracking.finding.point_cloud import PointCloud, point_cloud
 from snapfit.tracking.finding.scoring import drawn_window
+from snapfit.tracking.finding.twins import Twins
 from snapfit.tracking.frame import Frame
 
 _HIDDEN_M = 0.003
@@ -62,6 +63,7 @@ class NeighbourSearch:
 
     Attributes:
         assignment: says of which parts two cannot be at one place.
+        twins: says which of several parts of one mesh is which.
     """
 
     def __init__(
@@ -77,6 +79,7 @@ class NeighbourSearch:
         self._bodies = {body.name: body for body in bodies}
         self._symmetries = {part.name: part.symmetry for part in asset.parts}
         self._places = LinkPlaces(asset.tracked_parts, asset.states)
+        self.twins = Twins(asset.tracked_parts, self._places, self.assignment)
         self._among = AmongOthers(bodies, camera)
         self._depth_from_color = camera.color_from_depth.inverse()
         self._largest_m = max(body.mesh.diameter_m for body in bodies)

@@ -15,6 +15,7 @@ from snapfit.tracking.finding.lookout import DelayedLookout
 from snapfit.tracking.finding.paper_reinit import PaperReinitialisation
 from snapfit.tracking.finding.self_starting import SelfStartingTracker
 from snapfit.tracking.finding.turns import in_turn
+from snapfit.tracking.finding.twins import twins_of
 from snapfit.tracking.method import FINDERS, LATENCIES, NETWORK, Latency, ReinitialisedMethod
 from snapfit.tracking.tracker import Tracker
 
@@ -54,7 +55,8 @@ def reinitialised(
         ]
     )
     catch_up = ImmediateCatchUp(Tracker(tracker.bodies, tracker.camera))
-    return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up)
+    twins = twins_of(parts, tracker.bodies, asset)
+    return SelfStartingTracker(tracker, parts, lookout, catch_up=catch_up, twins=twins)
 
 
 @dataclass(frozen=True)

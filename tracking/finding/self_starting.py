@@ -20,12 +20,14 @@ from snapfit.tracking.finding.finder import Hypothesis
 from snapfit.tracking.finding.history import History
 from snapfit.tracking.finding.lookout import Found, Lookout
 from snapfit.tracking.finding.parameters import SelfStartParameters
+from snapfit.tracking.finding.twins import Twins
 from snapfit.tracking.frame import Frame
 from snapfit.tracking.result import Status, TrackingResult
 from snapfit.tracking.tracker import Tracker
 
 _MEANWHILE_FRAMES = 60
 """So many frames are kept while the finder looks: 2 s, some 300 MB in 1280x720."""
+_TWINS_EVERY_FRAMES = 10
 _HIDDEN = 0.4
 """Of a part on trial: with less visibility it is not judged."""
 
@@ -40,6 +42,7 @@ class SelfStartingTracker:
         parameters: when.
         catch_up: follows parts that start through the frames that came while they were looked
             for. None: they start where they were.
+        twins: says which of several parts of one mesh is which, where there are any.
     """
 
     def __init__(
@@ -49,9 +52,11 @@ class SelfStartingTracker:
         lookout: Lookout,
         parameters: SelfStartParameters | None = None,
         catch_up: CatchUp | None = None,
+        twins: Twins | None = None,
     ) -> None:
         self.names, self.camera, self.cameras = tracker.names, tracker.camera, tracker.cameras
         self._tracker, self._lookout, self._catch_up = tracker, lookout, catch_up
+        self._twins, self._n_frames = twins, 0
         self._meanwhile: deque[Frame] = deque(maxlen=_MEANWHILE_FRAMES)
         self._parameters = parameters or SelfStartParameters()
         self._history = History(
@@ -99,6 +104,7 @@ class SelfStartingTracker:
         result = self._tracker.track(frame, *others)
         self._history.add(result)
         self._judge_trials(result)
+        self._exchange_twins(result)
         if frame is not None:
             self._keep(frame)
             self._look(frame)
@@ -180,7 +186,7 @@ class SelfStartingTracker:
         """A part that does not stand its trial is searched for."""
         for each in result.parts:
             # What is hidden neither stands its trial nor fails: it goes on when it is seen again.
-            is_hidden = each.status is Status.PREDICTED and each.visibility < _HIDDEN
+            is_hidden = each.status is not Status.LOST and each.visibility < _HIDDEN
             if self._trial[each.part] == 0 or is_hidden:
                 continue
             self._trial[each.part] -= 1
@@ -189,6 +195,17 @@ class SelfStartingTracker:
                 self._history.begin(each.part)
                 self._dropped += 1
                 self._trial[each.part] = 0
+
+    def _exchange_twins(self, result: TrackingResult) -> None:
+        """Who assembles takes any of two parts that look the same: it is the one that belongs."""
+        self._n_frames += 1
+        if self._twins is None or result.state is None or self._n_frames % _TWINS_EVERY_FRAMES:
+            return
+        carriers = {each.linked_to for each in result.parts}
+        free = [it.part for it in result.parts if it.linked_to is None and it.part not in carriers]
+        if exchanged := self._twins.exchanged(self._history.sure(), free):
+            self._tracker.put(exchanged)
+            self._then = {}  # what is found now was looked for under the other name
 
     def _keep(self, frame: Frame) -> None:
         """Keep what comes while parts are looked for that will start."""

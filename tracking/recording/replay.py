@@ -145,7 +145,13 @@ class Replay:
         self._tracker: Any = tracker
         if station.detector is not None and isinstance(tracker, Tracker):
             self._tracker = self_starting(
-                tracker, self._lookout, self._catch_up, station.detector, self.parts, rate_hz
+                tracker,
+                self._lookout,
+                self._catch_up,
+                station.detector,
+                self.parts,
+                rate_hz,
+                self.asset,
             )
 
     def run(self) -> Iterator[Replayed]:
