@@ -44,10 +44,11 @@ class PartPose(Schema):
         "(rad), then translation (m); null where unknown."
     )
     linear_velocity: Vector3 | None = Field(
-        description="m/s of the body's origin, along the axes of `frame`; null until seen twice."
+        description="m/s of the body's origin, along the axes of `frame`; null until seen twice, "
+        "and where it has jumped to where it was found."
     )
     angular_velocity: Vector3 | None = Field(
-        description="rad/s, axis times rate, along the axes of `frame`; null until seen twice."
+        description="rad/s, axis times rate, along the axes of `frame`; null with the other."
     )
     linked_to: str | None = Field(description="The part that this one is mounted on, or null.")
     last_seen_at_us: TimestampUs | None = Field(

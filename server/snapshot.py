@@ -16,6 +16,8 @@ from snapfit.server.clock import Clock
 from snapfit.tracking.result import PartEstimate, Status, TrackingResult
 
 _WITHOUT_POSE = (Status.SEARCHING, Status.LOST)
+_FASTEST_M_PER_S, _FASTEST_RAD_PER_S = 5.0, 30.0
+"""A hand moves parts at 2 m/s and turns them at 15 rad/s."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,10 @@ class SnapshotWriter:
     def _velocities(
         self, part: str, pose: Pose | None, captured_at_ns: int
     ) -> tuple[npt.NDArray[np.float32] | None, npt.NDArray[np.float32] | None]:
-        """m/s and rad/s in the camera frame, by finite differences over the last two frames."""
+        """m/s and rad/s in the camera frame, by finite differences over the last two frames.
+
+        None of a part that has jumped: it was found elsewhere, and nothing moves so quickly.
+        """
         last = self._last_pose.pop(part, None)
         if pose is None:
             return None, None
@@ -109,7 +114,10 @@ class SnapshotWriter:
         period_s = (captured_at_ns - last.captured_at_ns) / 1e9
         moved_m = pose.translation - last.camera_from_body.translation
         turned_rad = rotation_vector(pose.rotation @ last.camera_from_body.rotation.T)
-        return _single(moved_m / period_s), _single(turned_rad / period_s)
+        linear, angular = moved_m / period_s, turned_rad / period_s
+        if math.hypot(*linear) > _FASTEST_M_PER_S or math.hypot(*angular) > _FASTEST_RAD_PER_S:
+            return None, None
+        return _single(linear), _single(angular)
 
 
 def _is_finite(values: npt.NDArray[np.floating]) -> bool:

@@ -78,6 +78,25 @@ def test_velocities_are_finite_differences_in_the_camera_frame(
     np.testing.assert_allclose(part.angular_velocity or [], angular, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("change", "has_velocities"),
+    [
+        ([0, 0, 0, 0.1, 0, 0], True),
+        ([0, 0, 0, 0.2, 0, 0], False),
+        ([0, 0.9, 0, 0, 0, 0], True),
+        ([0, 1.1, 0, 0, 0, 0], False),
+    ],
+    ids=["3 m/s", "6 m/s", "27 rad/s", "33 rad/s"],
+)
+def test_a_jump_is_no_motion(change: list[float], has_velocities: bool) -> None:
+    to, frame_ns = writer(), SECOND_NS // 30
+    pose = Pose.exp([0.1, -0.2, 0.3, 0.01, 0.02, 0.7])
+    snapshot(to, tracked(pose))
+    part = only_part(snapshot(to, tracked(pose.perturbed(change)), at_ns=SECOND_NS + frame_ns))
+    assert (part.linear_velocity is not None) == has_velocities
+    assert (part.angular_velocity is not None) == has_velocities
+
+
 def test_after_a_gap_there_is_no_velocity_and_last_seen_is_kept() -> None:
     to = writer()
     snapshot(to, tracked(Pose.identity()))
