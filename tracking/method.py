@@ -46,7 +46,7 @@ class Latency:
 
 
 LATENCIES: Mapping[str, Latency] = MappingProxyType(
-    {"network": Latency(0.15, 0.105), "geometric": Latency(0.1, 0.12)}
+    {"network": Latency(0.12, 0.095), "geometric": Latency(0.1, 0.12)}
 )
 """By detector, on one core (docs/finding.md). An answer comes as many frames later as a camera
 would have delivered meanwhile."""

@@ -12,10 +12,13 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from snapfit.models.camera import RgbdCamera
 from snapfit.models.errors import DetectorError
-from snapfit.models.pose import Pose
+from snapfit.models.pose import Array, Pose
 from snapfit.tracking.body import Body
+from snapfit.tracking.detection.candidates import overlaps
 from snapfit.tracking.detection.detector import Detection, Detector
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.box_views import BoxViews
@@ -36,6 +39,7 @@ _LOG = logging.getLogger(__name__)
 _FIRST_MARGINS_PX = (4.0, 2.0)
 _LAST_MARGINS_PX = (2.0,) * 4
 _SETTLED, _CLOSE_M, _CLOSE_RAD = 2, 0.003, 0.05
+_SAME_BOX = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,9 +157,14 @@ class GuidedFinder:
         body = self._index[alike[0]]
         self._scorers[shape].see(scene.frame)
         told: list[Verdict] = []
+        boxes: list[Array] = []
         for each in candidates:
             if len(told) == len(alike):
                 break
+            # Each of several classes of one mesh has its box around the same thing.
+            if boxes and overlaps(each.box_px, np.stack(boxes)).max() > _SAME_BOX:
+                continue
+            boxes.append(each.box_px)
             found = self._found(scene, each, shape, self._bodies[body])
             if isinstance(found, str):
                 self._rejected[found] += 1
@@ -261,8 +270,9 @@ def _is_close(one: Verdict, other: Verdict) -> bool:
 def finders_in_turn(finder: Finder, bodies: Sequence[Body]) -> tuple[tuple[str, Finder], ...]:
     """Finders by the name of their kind, that which looks first comes first.
 
-    Beside a guided finder shape alone looks too: at a start all parts lie free, and then it finds
-    nearly all of them, also such as the network does not know from what lies around.
+    Beside a guided finder shape alone looks too: of parts that lie free it finds nearly all, also
+    such as the network does not know from what lies around. It looks second: it takes longer the
+    more is missing, and in the midst of an assembly it finds little.
 
     Args:
         finder: as `guided` gives it.
@@ -270,7 +280,7 @@ def finders_in_turn(finder: Finder, bodies: Sequence[Body]) -> tuple[tuple[str, 
     """
     if not isinstance(finder, GuidedFinder):
         return (("network", finder),)
-    return ("geometric", GeometricFinder(bodies, finder.camera)), ("network", finder)
+    return ("network", finder), ("geometric", GeometricFinder(bodies, finder.camera))
 
 
 def guided(detector: Detector, bodies: Sequence[Body], camera: RgbdCamera) -> Finder:
