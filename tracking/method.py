@@ -21,7 +21,7 @@ REINITIALISED = "snapfit.tracking.finding.reinitialised"
 NETWORK = "snapfit.tracking.detection.detector"
 FINDERS = MappingProxyType(
     {
-        "network": "snapfit.tracking.finding.guided",
+        "network": "snapfit.tracking.finding.guidance",
         "geometric": "snapfit.tracking.finding.geometric",
     }
 )

@@ -74,7 +74,7 @@ def create_finder(
         from snapfit.tracking.detection.detector import Detector
         from snapfit.tracking.detection.parameters import DetectorParameters, RangeParameters
         from snapfit.tracking.detection.providers import providers_here
-        from snapfit.tracking.finding.guided import guided
+        from snapfit.tracking.finding.guidance import guided
 
         if asset is None:
             raise TrackingError("a network lies in an asset's bundle: name an asset")
@@ -178,7 +178,7 @@ def _in_turn(
     """What looks, by its kind: beside a network that shapes guide, shape alone too."""
     finders: Sequence[tuple[str, Finder]] = [(detector, finder)]
     if detector == "network":
-        from snapfit.tracking.finding.guided import finders_in_turn
+        from snapfit.tracking.finding.guidance import finders_in_turn
 
         finders = finders_in_turn(finder, tracker.bodies)
     return with_links(finders, tracker.bodies, tracker.camera, asset)

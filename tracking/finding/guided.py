@@ -7,7 +7,6 @@ as in `verdict`. So joined parts are found too, and parts in a hand.
 
 from __future__ import annotations
 
-import logging
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,9 +21,8 @@ from snapfit.tracking.detection.candidates import overlaps
 from snapfit.tracking.detection.detector import Detection, Detector
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.box_views import BoxViews
-from snapfit.tracking.finding.finder import Finder, Hypothesis
+from snapfit.tracking.finding.finder import Hypothesis
 from snapfit.tracking.finding.fits import Fit, Found, in_order, shapes
-from snapfit.tracking.finding.geometric import GeometricFinder
 from snapfit.tracking.finding.open3d_module import open3d
 from snapfit.tracking.finding.parameters import GuidedParameters
 from snapfit.tracking.finding.plane import Plane, find_plane, rises
@@ -35,7 +33,6 @@ from snapfit.tracking.finding.verdict import Verdict, judged
 from snapfit.tracking.frame import Frame, check_frame
 from snapfit.tracking.recovery.taken import TakenPlaces
 
-_LOG = logging.getLogger(__name__)
 _FIRST_MARGINS_PX = (4.0, 2.0)
 _LAST_MARGINS_PX = (2.0,) * 4
 _SETTLED, _CLOSE_M, _CLOSE_RAD = 2, 0.003, 0.05
@@ -265,37 +262,3 @@ class GuidedFinder:
 def _is_close(one: Verdict, other: Verdict) -> bool:
     a, b = one.camera_from_body, other.camera_from_body
     return bool(a.distance_to(b) < _CLOSE_M and a.angle_to(b) < _CLOSE_RAD)
-
-
-def finders_in_turn(finder: Finder, bodies: Sequence[Body]) -> tuple[tuple[str, Finder], ...]:
-    """Finders by the name of their kind, that which looks first comes first.
-
-    Beside a guided finder shape alone looks too: of parts that lie free it finds nearly all, also
-    such as the network does not know from what lies around. It looks second: it takes longer the
-    more is missing, and in the midst of an assembly it finds little.
-
-    Args:
-        finder: as `guided` gives it.
-        bodies: the parts, with their viewpoint models.
-    """
-    if not isinstance(finder, GuidedFinder):
-        return (("network", finder),)
-    return ("network", finder), ("geometric", GeometricFinder(bodies, finder.camera))
-
-
-def guided(detector: Detector, bodies: Sequence[Body], camera: RgbdCamera) -> Finder:
-    """The detector with shape beside, where there is depth and Open3D; else the detector alone.
-
-    Args:
-        detector: the network.
-        bodies: the parts, with their viewpoint models.
-        camera: where the frames come from.
-    """
-    if camera.depth is None:
-        return detector
-    try:
-        open3d()
-    except TrackingError as error:
-        _LOG.warning("the network finds parts without the help of their shapes: %s", error)
-        return detector
-    return GuidedFinder(detector, bodies, camera)

@@ -13,7 +13,8 @@ from snapfit.models.pose import Pose
 from snapfit.tracking.detection.detector import Detection, Detections
 from snapfit.tracking.errors import TrackingError
 from snapfit.tracking.finding.finder import Finder, Hypothesis
-from snapfit.tracking.finding.guided import GuidedFinder, guided
+from snapfit.tracking.finding.guidance import guided
+from snapfit.tracking.finding.guided import GuidedFinder
 from snapfit.tracking.metrics import add_s_m, model_vertices
 
 pytestmark = pytest.mark.usefixtures("needs_open3d")
