@@ -54,7 +54,7 @@ def test_the_delay_follows_the_frame_rate(tmp_path, monkeypatch, rate_hz) -> Non
     kinds = ["network"]
     with suppress(TrackingError):
         open3d()
-        kinds = ["geometric", "network"]
+        kinds = ["network", "geometric"]
     assert delays == [DelayFrames(LATENCIES[kind], rate_hz) for kind in kinds]
 
 
