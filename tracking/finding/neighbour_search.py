@@ -89,6 +89,8 @@ class NeighbourSearch:
     ) -> list[Hypothesis]:
         """Those of the missing parts that sit on one of those that are there; none without depth.
 
+        Their scores are the shares of what is seen that lies where depth is measured.
+
         Args:
             frame: in which they are looked for.
             missing: names of the parts.
@@ -136,12 +138,12 @@ class NeighbourSearch:
         settled = self._among.settle(scene.frame, name, poses[best], scene.there)
         if settled is None or settled.evidence.confidence < p.least_confidence:
             return None
-        told = max(
-            self._near(poses[best], settled.camera_from_body, name),
-            key=lambda pose: self._fit(scene, name, pose, p.close_m),
-        )
-        score = self._fit(scene, name, told, p.close_m)
-        return Hypothesis(name, told, score, is_refined=True) if score >= p.least_close else None
+        near = self._near(poses[best], settled.camera_from_body, name)
+        fits = [self._fit(scene, name, pose, p.close_m) for pose in near]
+        score = max(fits)
+        if score < p.least_close:
+            return None
+        return Hypothesis(name, near[fits.index(score)], score, is_refined=True)
 
     def _not_seen_through(self, scene: _Scene, name: str, poses: Sequence[Pose]) -> list[Pose]:
         """The places that the camera does not see through: a quick test of the mesh's corners."""
