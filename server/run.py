@@ -28,6 +28,9 @@ from snapfit.server.worker_spec import DEFAULT_PIPELINE
 
 _BACKLOG = 2048
 _SHUTDOWN_LIMIT_S = 2
+# An unused connection is closed after this time, and a request that meets its closing is lost. So
+# it is longer than clients keep one: httpx 5 s, .NET 60 s, curl 118 s but it tries again.
+_UNUSED_LIMIT_S = 75
 _SEND_BUFFER_BYTES = 64 * 1024
 _UNREAD_LIMIT_MS = 10_000
 
@@ -69,6 +72,7 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         server_header=False,
         log_config=None,  # ours, which is set up already
         log_level="warning",
+        timeout_keep_alive=_UNUSED_LIMIT_S,
         timeout_graceful_shutdown=_SHUTDOWN_LIMIT_S,
     )
     # Until uvicorn listens to signals, and after: there is nothing to interrupt.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import select
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -107,6 +108,14 @@ def test_who_wants_no_other_answer_is_told_and_left(server: Server, asked: bytes
         assert status in (200, 204)
         assert headers["connection"] == "close"
         assert is_closed(wire)
+
+
+def test_who_asks_every_few_seconds_keeps_the_connection(server: Server) -> None:
+    with connected(server) as wire:
+        for wait_s in (0, 6):  # of httpx 5, and of uvicorn 5: they met
+            assert select.select([wire], [], [], wait_s)[0] == []
+            wire.sendall(POLL)
+            assert answers(wire, 1)[0][0] == 200
 
 
 def test_a_get_with_a_body_is_read_to_its_end(server: Server) -> None:
