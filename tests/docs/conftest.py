@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,14 +10,13 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "server"))
 
-from harness import Server, running, wait_for
+from folder_server import FolderServer
+from harness import Server
 
-START_S = 60
+SHARED = FolderServer(Path(__file__).parent, "finds")
+pytest_runtest_teardown = SHARED.ends_with
 
 
-@pytest.fixture(scope="session")
-def server() -> Iterator[Server]:
-    with running("finds") as it:
-        wait_for(it.answers, START_S)
-        wait_for(lambda: it.get("/readyz").status_code == 200, START_S)
-        yield it
+@pytest.fixture(scope="module")
+def server() -> Server:
+    return SHARED.started()

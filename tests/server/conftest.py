@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,11 +11,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 # The fake network.
 sys.path.insert(0, str(Path(__file__).parents[1] / "tracking" / "detection"))
 
-from harness import Server, running
+from folder_server import FolderServer
+from harness import Server
+
+SHARED = FolderServer(Path(__file__).parent)
+pytest_runtest_teardown = SHARED.ends_with
 
 
-@pytest.fixture(scope="session")
-def server() -> Iterator[Server]:
+@pytest.fixture(scope="module")
+def server() -> Server:
     """One that nobody harms."""
-    with running() as it:
-        yield it.wait_ready()
+    return SHARED.started()

@@ -11,22 +11,21 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "server"))
 
-from harness import Server, running, wait_for
+from folder_server import FolderServer
+from harness import Server
 
 from snapfit.clients.python import Client
 
-START_S = 60
+SHARED = FolderServer(Path(__file__).parent, "finds")
+pytest_runtest_teardown = SHARED.ends_with
 
 
-@pytest.fixture(scope="session")
-def server() -> Iterator[Server]:
-    with running("finds") as it:
-        wait_for(it.answers, START_S)
-        wait_for(lambda: it.get("/readyz").status_code == 200, START_S)
-        yield it
+@pytest.fixture(scope="module")
+def server() -> Server:
+    return SHARED.started()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def url(server: Server) -> str:
     return f"http://127.0.0.1:{server.port}"
 

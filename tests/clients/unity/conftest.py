@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,11 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "server"))
 sys.path.insert(0, str(Path(__file__).parent))
 
 from compiler import compile_all, why_not
-from harness import Server, running
+from folder_server import FolderServer
+from harness import Server
+
+SHARED = FolderServer(Path(__file__).parent)
+pytest_runtest_teardown = SHARED.ends_with
 
 
 @pytest.fixture(scope="session")
@@ -26,8 +29,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="session")
-def unity_server(compiled: Path) -> Iterator[Server]:
+@pytest.fixture(scope="module")
+def unity_server(compiled: Path) -> Server:
     """One that nobody harms; not started where nothing can ask it."""
-    with running() as it:
-        yield it.wait_ready()
+    return SHARED.started()
