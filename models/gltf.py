@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import trimesh
 
 from snapfit.models.mesh import Mesh
 
@@ -71,6 +70,8 @@ def _shaded(
     mesh: Mesh,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.int64]]:
     """Vertices and normals in glTF's axes, and faces; sharp edges are split, others smooth."""
+    import trimesh  # here, because what only knows about meshes must not pay for it
+
     whole = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     smooth = trimesh.graph.smooth_shade(whole, angle=_SMOOTH_BELOW_RAD)
     turn = GLTF_FROM_BODY.T

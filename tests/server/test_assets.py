@@ -21,6 +21,7 @@ from test_api import assert_problem
 from snapfit.models.asset import find_asset
 from snapfit.models.cache import CACHE_VARIABLE
 from snapfit.models.gltf import GLTF_FROM_BODY, glb
+from snapfit.models.pose import Pose
 from snapfit.server.app import create_app
 from snapfit.server.asset_export import export_asset
 from snapfit.server.asset_library import ExportedAsset
@@ -119,8 +120,19 @@ def test_an_export_is_made_once_and_anew_when_something_changed(
     assert local == "/v1/assets/hobby-corner-clamp/media/jaw%20film.mp4"
     assert address == "https://example.com/x"
     assert exported.media("jaw film.mp4").read_bytes() == b"film"
+    base = asset.parts[0]
+    link = asset.states[-1].links[0]
+    moved = link.model_copy(update={"parent_from_child": Pose.exp([0, 0, 0, 1e-6, 0, 0])})
+    others = (
+        replace(asset, title="Another"),
+        replace(asset, parts=(replace(base, color_rgb=(1, 2, 3)), *asset.parts[1:])),
+        replace(asset, parts=(replace(base, mesh=asset.parts[1].mesh), *asset.parts[1:])),
+        replace(asset, steps=(step.model_copy(update={"text": "Otherwise"}), *asset.steps[1:])),
+        replace(asset, states=(asset.states[-1].model_copy(update={"links": (moved,)}),)),
+    )
     (bundle / "jaw film.mp4").write_bytes(b"another film")
-    assert export_asset(asset) != folder
+    folders = {folder, export_asset(asset), *map(export_asset, others)}
+    assert len(folders) == 2 + len(others)
     assert not list((tmp_path / "cache" / "assets").glob(".making-*"))
 
 
