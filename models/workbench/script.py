@@ -8,8 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from snapfit.models.mesh import Mesh
 from snapfit.models.pose import Array, Pose
@@ -128,21 +130,30 @@ def resting_pose(mesh: Mesh, place: Place) -> Pose:
 
 def _stable_side(mesh: Mesh, down: Array) -> Array:
     """(3,) outward normal of a side of the hull above which the centre of mass stands."""
+    normals, is_stable = _sides(mesh)
+    best, best_score = normals[0], -math.inf
+    for normal in normals[is_stable]:
+        score = float(normal @ down)
+        if score > best_score:
+            best, best_score = normal, score
+    return np.array(best)
+
+
+@lru_cache(maxsize=64)
+def _sides(mesh: Mesh) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """(F, 3) outward normals of the hull's sides, and (F,) on which of them it lies stably."""
     import trimesh
 
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    hull = solid.convex_hull
-    normals, heights = (
-        hull.face_normals,
-        np.einsum("ij,ij->i", hull.face_normals, hull.triangles[:, 0]),
+    hull, center = solid.convex_hull, solid.center_mass
+    normals = hull.face_normals
+    heights = np.einsum("ij,ij->i", normals, hull.triangles[:, 0])
+    feet = (
+        center + normal * (height - normal @ center)
+        for normal, height in zip(normals, heights, strict=True)
     )
-    best, best_score = normals[0], -math.inf
-    for normal, height in zip(normals, heights, strict=True):
-        foot = solid.center_mass + normal * (height - normal @ solid.center_mass)
-        score = float(normal @ down)
-        if score > best_score and (normals @ foot <= heights + _STABLE_M).all():
-            best, best_score = normal, score
-    return np.array(best)
+    is_stable = [(normals @ foot <= heights + _STABLE_M).all() for foot in feet]
+    return np.array(normals), np.array(is_stable, dtype=np.bool_)
 
 
 def _rotation_between(a: Array, b: Array) -> Array:
