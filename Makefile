@@ -9,7 +9,7 @@ PYTEST := $(BIN)/pytest --numprocesses=$(WORKERS) --maxprocesses=4 --dist=loadfi
 	--no-loadscope-reorder
 .DEFAULT_GOAL := help
 
-.PHONY: help env env-test demo test test-all lint types bench soak openapi format clean
+.PHONY: help env env-test demo test test-all checked lint types bench soak openapi format clean
 
 help:  ## Show the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | sort
@@ -37,11 +37,15 @@ env-test: $(VENV)/.installed-test .ns/snapfit  ## The same with the test tools
 demo: env  ## Track the simulated bench and serve its poses on http://127.0.0.1:8000
 	$(BIN)/snapfit demo
 
-test: env-test lint types  ## Everything that CI runs
-	$(PYTEST)
+test: MARKED := not slow
+test-all: MARKED := slow or not slow
+test: checked  ## Everything that CI runs
+test-all: checked  ## The slow tests too
 
-test-all: env-test lint types  ## The slow tests too
-	$(PYTEST) -m "slow or not slow"
+# The kernels are compiled beside the first tests, which need none, not by each of the others.
+checked: env-test lint types
+	$(BIN)/python tests/compile_kernels.py & \
+	$(PYTEST) -m "$(MARKED)"; status=$$?; wait; exit $$status
 
 lint: env-test
 	$(BIN)/ruff check .
