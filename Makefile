@@ -7,9 +7,11 @@ BIN := $(VENV)/bin
 WORKERS ?= $(shell $(PYTHON) -c 'import os; print(os.cpu_count() + 1)')
 PYTEST := $(BIN)/pytest --numprocesses=$(WORKERS) --maxprocesses=4 --dist=loadfile \
 	--no-loadscope-reorder
+# The kernels are compiled beside the first tests, which need none, not by each of the others.
+run = $(BIN)/python tests/compile_kernels.py & $(PYTEST) -m "$(1)"; status=$$?; wait; exit $$status
 .DEFAULT_GOAL := help
 
-.PHONY: help env env-test demo test test-all checked lint types bench soak openapi format clean
+.PHONY: help env env-test demo test test-all lint types bench soak openapi format clean
 
 help:  ## Show the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | sort
@@ -37,15 +39,11 @@ env-test: $(VENV)/.installed-test .ns/snapfit  ## The same with the test tools
 demo: env  ## Track the simulated bench and serve its poses on http://127.0.0.1:8000
 	$(BIN)/snapfit demo
 
-test: MARKED := not slow
-test-all: MARKED := slow or not slow
-test: checked  ## Everything that CI runs
-test-all: checked  ## The slow tests too
+test: env-test lint types  ## Everything that CI runs
+	$(call run,not slow)
 
-# The kernels are compiled beside the first tests, which need none, not by each of the others.
-checked: env-test lint types
-	$(BIN)/python tests/compile_kernels.py & \
-	$(PYTEST) -m "$(MARKED)"; status=$$?; wait; exit $$status
+test-all: env-test lint types  ## The slow tests too
+	$(call run,slow or not slow)
 
 lint: env-test
 	$(BIN)/ruff check .

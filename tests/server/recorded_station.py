@@ -83,7 +83,8 @@ def main() -> None:
     assert pipeline.recording is not None
     n_poses = 0
     for _ in range(2000):
-        n_poses += play(pipeline, 1, pause_s=0.02)
+        # Until they are found, which takes a busy machine its time, frames only fill the file.
+        n_poses += play(pipeline, 1, pause_s=0.02 if n_poses else 0.1)
         os.write(1, f"{pipeline.recording.account.frames} {n_poses}\n".encode())
 
 
