@@ -16,7 +16,8 @@ from snapfit.server.pose_store import PoseStore
 from snapfit.server.schemas import Phase, WorkerReport
 from snapfit.server.worker_spec import REFUSED_EXIT_CODE, WorkerSpec
 
-_END_LIMIT_S = 3.0
+# To complete a recording, on a busy machine too; Docker kills everything after ten seconds.
+_END_LIMIT_S = 6.0
 _WATCH_PERIOD_S = 0.25
 _NOT_STARTED = -1
 _LOG = logging.getLogger(__name__)
