@@ -25,7 +25,7 @@ def main() -> None:
         wall_minus_monotonic_ns=0,
         poses_segment="",
         pictures_segment="",
-        detector="geometric",
+        detector="auto",
     )
     pipeline = open_pipeline(spec, lambda _text, _share: None)
     for _ in range(FRAMES):
