@@ -8,7 +8,7 @@ WORKERS ?= $(shell $(PYTHON) -c 'import os; print(os.cpu_count() + 1)')
 PYTEST := $(BIN)/pytest --numprocesses=$(WORKERS) --maxprocesses=4 --dist=loadfile \
 	--no-loadscope-reorder
 # The kernels are compiled beside the first tests, which need none, not by each of the others.
-run = $(BIN)/python tests/compile_kernels.py & $(PYTEST) -m "$(1)"; status=$$?; wait; exit $$status
+tests_marked = $(BIN)/python tests/compile_kernels.py & $(PYTEST) -m "$(1)"; status=$$?; wait; exit $$status
 .DEFAULT_GOAL := help
 
 .PHONY: help env env-test demo test test-all lint types bench soak openapi format clean
@@ -40,10 +40,10 @@ demo: env  ## Track the simulated bench and serve its poses on http://127.0.0.1:
 	$(BIN)/snapfit demo
 
 test: env-test lint types  ## Everything that CI runs
-	$(call run,not slow)
+	$(call tests_marked,not slow)
 
 test-all: env-test lint types  ## The slow tests too
-	$(call run,slow or not slow)
+	$(call tests_marked,slow or not slow)
 
 lint: env-test
 	$(BIN)/ruff check .

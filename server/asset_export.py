@@ -78,7 +78,7 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _digest(asset: Asset, media: dict[str, bytes]) -> str:
-    """Of all that the files are made from: making them takes half a second, at every start."""
+    """Of what the files are made from: a start that finds them need not make them to know it."""
     digest = hashlib.sha256(repr((_LAYOUT, asset.name, asset.title, asset.licence)).encode())
     for part in asset.parts:
         facts = part.name, part.class_id, part.tracked, part.color_rgb, _is_symmetric(part)

@@ -29,7 +29,7 @@ from snapfit.server.worker_spec import DEFAULT_PIPELINE
 _BACKLOG = 2048
 _SHUTDOWN_LIMIT_S = 2
 # An unused connection is closed after this time, and a request that meets its closing is lost. So
-# it is longer than clients keep one: httpx 5 s, .NET 60 s, curl 118 s but it tries again.
+# it is longer than clients keep one: httpx 5 s, .NET 60 s (PooledConnectionIdleTimeout).
 _UNUSED_LIMIT_S = 75
 _SEND_BUFFER_BYTES = 64 * 1024
 _UNREAD_LIMIT_MS = 10_000

@@ -16,7 +16,7 @@ from snapfit.server.pose_store import PoseStore
 from snapfit.server.schemas import Phase, WorkerReport
 from snapfit.server.worker_spec import REFUSED_EXIT_CODE, WorkerSpec
 
-# To complete a recording, on a busy machine too; Docker kills everything after ten seconds.
+# Time to complete a recording, on a busy machine too.
 _END_LIMIT_S = 6.0
 _WATCH_PERIOD_S = 0.25
 _NOT_STARTED = -1

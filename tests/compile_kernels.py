@@ -1,7 +1,8 @@
-"""Compiles what the tests need of Numba's kernels, once, before they begin.
+"""Compiles what the tests need of Numba's kernels, once, beside the first of them.
 
 Each of pytest's processes, and each worker of a server that they start, would otherwise compile
 the same kernels at the same time: minutes of both cores. What is compiled is kept in the cache.
+It follows the simulated bench until every part is tracked: the tracker's kernels have run then.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from snapfit.server.open_pipeline import open_pipeline
 from snapfit.server.worker_spec import WorkerSpec
 from snapfit.tracking.result import Status
 
-FRAMES = 300
+MOST_FRAMES = 300
 
 
 def main() -> None:
@@ -28,12 +29,12 @@ def main() -> None:
         detector="auto",
     )
     pipeline = open_pipeline(spec, lambda _text, _share: None)
-    for _ in range(FRAMES):
+    for _ in range(MOST_FRAMES):
         frame = pipeline.source.read()
         result = None if frame is None else pipeline.tracker.track(frame)
         if result is None or all(part.status is Status.TRACKED for part in result.parts):
             break
-        time.sleep(0.03)
+        time.sleep(1 / 30)  # as a camera: the parts are found beside
     pipeline.close()
 
 

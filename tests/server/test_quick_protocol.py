@@ -112,7 +112,7 @@ def test_who_wants_no_other_answer_is_told_and_left(server: Server, asked: bytes
 
 def test_who_asks_every_few_seconds_keeps_the_connection(server: Server) -> None:
     with connected(server) as wire:
-        for wait_s in (0, 6):  # of httpx 5, and of uvicorn 5: they met
+        for wait_s in (0, 6):  # longer than uvicorn keeps it unless it is told to
             assert select.select([wire], [], [], wait_s)[0] == []
             wire.sendall(POLL)
             assert answers(wire, 1)[0][0] == 200

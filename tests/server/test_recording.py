@@ -28,7 +28,7 @@ from snapfit.tracking.recording.replay import Replay
 from snapfit.tracking.recording.tracking import RecordingControls, RecordingTracker
 from snapfit.tracking.tracker import Tracker
 
-FRAMES_BEFORE_THE_KILL = 30
+FRAMES_BEFORE_THE_KILL = 60
 
 
 @pytest.fixture(scope="module")
