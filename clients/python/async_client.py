@@ -23,7 +23,7 @@ from snapfit.clients.python.mailbox import Latest, fill
 from snapfit.clients.python.picture import Picture
 from snapfit.clients.python.snapshot import PartSnapshot, PoseSnapshot
 from snapfit.clients.python.station import Health, StationInfo
-from snapfit.clients.python.streams import Streams, Way
+from snapfit.clients.python.streams import OnOpen, Streams, Way
 from snapfit.clients.python.transport import AsyncTransport
 
 
@@ -159,10 +159,11 @@ class AsyncClient:
         last_event_id: str = "",
         give_up_after_s: float | None = None,
         on_wait: OnWait | None = None,
+        on_open: OnOpen | None = None,
     ) -> AsyncGenerator[Event, None]:
-        """What happens, from now on or after `last_event_id`."""
+        """What happens, from now on or after `last_event_id`; `on_open` as in `Client`."""
         streams = Streams(self._transport, self._calls)
-        return streams.events(last_event_id, Backoff(give_up_after_s, on_wait))
+        return streams.events(last_event_id, Backoff(give_up_after_s, on_wait), on_open)
 
     async def assembly(self) -> AssemblyStatus:
         """State, confidence, finished and next steps, what sits wrong."""

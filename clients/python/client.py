@@ -22,7 +22,7 @@ from snapfit.clients.python.mailbox import InOrder, Latest, Mailbox
 from snapfit.clients.python.picture import Picture
 from snapfit.clients.python.snapshot import PartSnapshot, PoseSnapshot
 from snapfit.clients.python.station import Health, StationInfo
-from snapfit.clients.python.streams import Way
+from snapfit.clients.python.streams import OnOpen, Way
 from snapfit.clients.python.transport import Transport
 
 T = TypeVar("T")
@@ -170,10 +170,17 @@ class Client:
         last_event_id: str = "",
         give_up_after_s: float | None = None,
         on_wait: OnWait | None = None,
+        on_open: OnOpen | None = None,
     ) -> Generator[Event, None, None]:
-        """What happens, from now on or after `last_event_id`; opened again as in `follow`."""
+        """What happens, from now on or after `last_event_id`; opened again as in `follow`.
+
+        `on_open` is called, in another thread, each time the server begins to tell: whoever asks
+        for the state after that misses no change of it.
+        """
         backoff = Backoff(give_up_after_s, on_wait)
-        return self._taken(lambda streams: streams.events(last_event_id, backoff), InOrder())
+        return self._taken(
+            lambda streams: streams.events(last_event_id, backoff, on_open), InOrder()
+        )
 
     def assembly(self) -> AssemblyStatus:
         """State, confidence, finished and next steps, what sits wrong."""

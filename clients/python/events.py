@@ -165,9 +165,21 @@ def event_of(name: str, id_: str, data: str) -> Event:
 
 
 class EventReader:
-    """Puts events together from `text/event-stream` (WHATWG HTML, section 9.2)."""
+    """Puts events together from `text/event-stream` (WHATWG HTML, section 9.2).
 
-    def __init__(self) -> None:
+    Args:
+        last_id: of the last event that is known, in case none comes.
+
+    Attributes:
+        last_id: what to go on after when the connection is lost.
+    """
+
+    def __init__(self, last_id: str = "") -> None:
+        self.last_id = last_id
+        self.begin()
+
+    def begin(self) -> None:
+        """A connection begins: what was not complete in the one before is forgotten."""
         self._rest = b""
         self._name = ""
         self._id = ""
@@ -182,9 +194,11 @@ class EventReader:
 
     def _read(self, line: str) -> Iterator[Event]:
         if not line:
-            if self._name and self._data:
-                yield event_of(self._name, self._id, "\n".join(self._data))
+            name, id_, data = self._name, self._id, self._data
             self._name, self._id, self._data = "", "", []
+            self.last_id = id_ or self.last_id  # an id alone is no event, but counts
+            if name and data:
+                yield event_of(name, id_, "\n".join(data))
             return
         field, _, value = line.partition(":")
         value = value.removeprefix(" ")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import logging
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing
 from typing import Literal
 from urllib.parse import urlencode
@@ -21,6 +21,9 @@ from snapfit.clients.python.transport import AsyncTransport
 
 Way = Literal["auto", "websocket", "poll"]
 """How snapshots come: `auto` is `websocket` where that is possible, else `poll`."""
+
+OnOpen = Callable[[], None]
+"""Called whenever events come from a server: what happens from now on is told."""
 
 _PING_S = 5.0
 _POLL_S = 20.0
@@ -66,21 +69,16 @@ class Streams:
 
         return reconnecting(open_stream, backoff)
 
-    def events(self, last_event_id: str, backoff: Backoff) -> AsyncGenerator[Event, None]:
+    def events(
+        self, last_event_id: str, backoff: Backoff, on_open: OnOpen | None = None
+    ) -> AsyncGenerator[Event, None]:
         """Events, for ever; none is missed as long as the server keeps them.
 
         Raises:
             ClientError: it is no use to try again.
         """
-        last = [last_event_id]
-
-        async def open_stream() -> AsyncGenerator[Event, None]:
-            async with aclosing(self._events(last[0])) as events:
-                async for event in events:
-                    last[0] = event.id or last[0]
-                    yield event
-
-        return reconnecting(open_stream, backoff)
+        reader = EventReader(last_event_id)
+        return reconnecting(lambda: self._events(reader, on_open), backoff)
 
     async def _sent_or_polled(
         self, convention: Axes, frame: str
@@ -147,11 +145,14 @@ class Streams:
                 last = snapshot
                 yield snapshot
 
-    async def _events(self, last_event_id: str) -> AsyncGenerator[Event, None]:
+    async def _events(
+        self, reader: EventReader, on_open: OnOpen | None
+    ) -> AsyncGenerator[Event, None]:
         """Over one connection."""
-        connection, reader = self._transport.connection, EventReader()
+        connection = self._transport.connection
+        reader.begin()
         timeout = httpx.Timeout(connection.timeout_s, read=_EVENT_SILENCE_S)
-        headers = {"Last-Event-ID": last_event_id} if last_event_id else {}
+        headers = {"Last-Event-ID": reader.last_id} if reader.last_id else {}
         path = f"{self._calls.base}/events"
         try:
             async with self._transport.http.stream(
@@ -161,6 +162,9 @@ class Streams:
                     await response.aread()
                     check(response)
                 async for chunk in response.aiter_bytes():
+                    if on_open is not None:  # the server has said where it begins
+                        on_open()
+                        on_open = None
                     for event in reader.feed(chunk):
                         yield event
         except httpx.HTTPError as error:

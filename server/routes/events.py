@@ -23,7 +23,8 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     HTTPStatus.OK.value: {
         "description": "Events: state_changed, step_finished, step_undone, misassembled, "
         "part_found, part_lost, stale, recovered, anchor_drift; and `missed` first, where the "
-        "events after Last-Event-ID are no longer kept. A comment every 10 s.",
+        "events after Last-Event-ID are no longer kept. Before all, the id at which the stream "
+        "begins. A comment every 10 s.",
         "content": {_EVENT_STREAM: {"schema": {"type": "string"}}},
     },
     **problem_responses(HTTPStatus.NOT_FOUND, HTTPStatus.UNPROCESSABLE_ENTITY),
@@ -41,16 +42,14 @@ async def get_events(station: OneStation, last_event_id: LastEventId = None) -> 
 
 async def _events(station: Station, last_event_id: str | None) -> AsyncIterator[bytes]:
     log = station.news.events
-    number: int | None = log.latest
-    yield b"retry: 1000\n\n"
-    if last_event_id:
-        number = log.resume(last_event_id)
-        if number is None:
-            yield b"event: missed\ndata: {}\n\n"
-            number = log.latest
+    known = log.resume(last_event_id) if last_event_id else log.latest
+    number = log.latest if known is None else known
+    # With its id the client misses nothing either if it is cut off before the first event.
+    missed = b"event: missed\ndata: {}\n" if known is None else b""
+    yield b"retry: 1000\nid: %b\n%b\n" % (log.event_id(number).encode(), missed)
     said_at_s = time.monotonic()
     while not station.watch.is_ending:
-        events = log.after(number or 0)
+        events = log.after(number)
         if events:
             number = events[-1].number
             yield b"".join(event.block for event in events)

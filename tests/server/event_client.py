@@ -29,6 +29,7 @@ class EventClient:
     def __init__(self, server: Server, last_event_id: str | None = None) -> None:
         self.events: list[Received] = []
         self.comments = 0
+        self.begin_id = ""
         self.is_open = False
         self._socket: socket.socket | None = None
         self._client = httpx.Client(timeout=60)
@@ -67,8 +68,8 @@ class EventClient:
                 stream = answer.extensions["network_stream"]
                 self._socket = stream.get_extra_info("socket")
                 for line in answer.iter_lines():
-                    self.is_open = True
                     self._take(line, fields)
+                    self.is_open |= not line  # the server has said where it begins
         except httpx.HTTPError:
             return  # closed
 
@@ -79,6 +80,7 @@ class EventClient:
             name, _, value = line.partition(": ")
             fields[name] = value
         else:
+            self.begin_id = self.begin_id or fields["id"]
             if "event" in fields:
                 data = json.loads(fields["data"])
                 at_us = time.time_ns() / 1000

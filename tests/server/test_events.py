@@ -153,9 +153,31 @@ def test_a_client_that_comes_back_misses_nothing(assembling: Server) -> None:
 
 def test_a_client_of_an_earlier_run_is_told_that_it_missed_some(assembling: Server) -> None:
     client = EventClient(assembling, "00000000-17")
-    assert client.wait_for("missed").id == ""
+    missed = client.wait_for("missed")
     assert client.kinds()[0] == "missed"
     client.close()
+    again = EventClient(assembling, missed.id)
+    wait_for(lambda: again.events, 15)
+    again.close()
+    assert "missed" not in again.kinds()
+    assert again.events[0].id == next_id(missed.id)
+
+
+def next_id(event_id: str) -> str:
+    run, _, number = event_id.rpartition("-")
+    return f"{run}-{int(number) + 1}"
+
+
+def test_who_is_cut_off_before_the_first_event_misses_nothing(assembling: Server) -> None:
+    first = EventClient(assembling)
+    first.close()
+    other = EventClient(assembling, first.begin_id)
+    wait_for(lambda: len(other.events) >= 3, 15)
+    other.close()
+    second = EventClient(assembling, first.begin_id)
+    wait_for(lambda: second.events, 15)
+    second.close()
+    assert second.events[0].id == other.events[0].id == next_id(first.begin_id)
 
 
 def test_a_dead_worker_is_told_and_its_return_too() -> None:

@@ -126,10 +126,12 @@ def test_a_worker_and_a_server_that_die_come_back() -> None:
         wait_for(lambda: server.get("/readyz").status_code == 200, START_S)
         client = Client(f"http://127.0.0.1:{server.port}")
         snapshots = client.follow(stale_after_s=0.5, on_wait=lambda e, _: failures.append(e))
-        events = client.events(on_wait=lambda e, _: failures.append(e))
+        is_open = threading.Event()
+        events = client.events(on_wait=lambda e, _: failures.append(e), on_open=is_open.set)
         event_kinds: list[str] = []
         reader = threading.Thread(target=lambda: event_kinds.extend(e.event for e in events))
         reader.start()
+        assert is_open.wait(within(START_S))
         first = next(snapshots)
         wait_for(lambda: not next(snapshots).stale)
         os.kill(server.worker()["pid"], signal.SIGKILL)
@@ -166,9 +168,7 @@ def on_port(port: int) -> Iterator[Server]:
 
 def test_events_are_typed_and_resumed(client: Client) -> None:
     client.set_state("free")
-    with closing(client.events()) as events:
-        # The stream begins when it is asked for, which is in a thread.
-        threading.Timer(0.5, lambda: client.set_state("assembled")).start()
+    with closing(client.events(on_open=lambda: client.set_state("assembled"))) as events:
         seen = [next(events) for _ in range(3)]
     changed, *steps = seen
     assert isinstance(changed, StateChanged)
@@ -180,7 +180,9 @@ def test_events_are_typed_and_resumed(client: Client) -> None:
     with closing(client.events(last_event_id=changed.id)) as events:
         assert [next(events), next(events)] == steps
     with closing(client.events(last_event_id="00000000-1")) as events:
-        assert isinstance(next(events), Missed)
+        missed = next(events)
+    assert isinstance(missed, Missed)
+    assert missed.id == steps[-1].id
 
 
 def test_events_are_put_together_from_any_pieces() -> None:
@@ -197,6 +199,35 @@ def test_events_are_put_together_from_any_pieces() -> None:
         assert isinstance(lost, PartLost)
         assert (lost.id, lost.part) == ("a-1", "a\u2028b")
         assert coffee == OtherEvent(id="a-2", name="coffee", data={"cups": 2})
+
+
+def test_an_id_alone_is_gone_on_after() -> None:
+    reader = EventReader()
+    assert list(reader.feed(b"retry: 1000\nid: a-7\n\nid: a-8\nevent: stale\n")) == []
+    assert reader.last_id == "a-7"
+    reader.begin()
+    header = b'"station":"b","at_us":1,"boot_id":"x","seq":1,"captured_at_us":1'
+    [lost] = reader.feed(b"event: stale\ndata: {%b}\n\n" % header)
+    assert (lost.id, reader.last_id) == ("", "a-7")
+
+
+def test_a_stream_cut_before_its_first_event_goes_on_where_it_began() -> None:
+    """Each connection brings nothing but the id at which it begins."""
+    asked: list[str | None] = []
+
+    class OnlyAnId(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            asked.append(self.headers["Last-Event-ID"])
+            self.send_response(200 if len(asked) < 3 else 404)
+            self.end_headers()
+            self.wfile.write(b"retry: 1000\nid: a-7\n\n")
+
+        def log_message(self, *_: Any) -> None:
+            """Quiet."""
+
+    with serving(OnlyAnId) as url, Client(url) as client, pytest.raises(UnexpectedAnswerError):
+        next(client.events())
+    assert asked == [None, "a-7", "a-7"]
 
 
 def test_an_event_that_is_none_is_told() -> None:
@@ -241,18 +272,24 @@ def test_a_server_that_is_another_one() -> None:
         def log_message(self, *_: Any) -> None:
             """Quiet."""
 
-    with http.server.HTTPServer(("127.0.0.1", 0), Page) as page:
-        thread = threading.Thread(target=page.serve_forever)
+    with serving(Page) as url, Client(url) as client:
+        for ask in (client.poses, client.stations, client.frame_jpeg):
+            with pytest.raises(UnexpectedAnswerError):
+                ask()
+        with pytest.raises(UnexpectedAnswerError):
+            next(client.follow())
+
+
+@contextmanager
+def serving(handler: type[http.server.BaseHTTPRequestHandler]) -> Iterator[str]:
+    """The address of a server that is none of snapfit's."""
+    with http.server.HTTPServer(("127.0.0.1", 0), handler) as other:
+        thread = threading.Thread(target=other.serve_forever)
         thread.start()
         try:
-            with Client(f"http://127.0.0.1:{page.server_port}") as client:
-                for ask in (client.poses, client.stations, client.frame_jpeg):
-                    with pytest.raises(UnexpectedAnswerError):
-                        ask()
-                with pytest.raises(UnexpectedAnswerError):
-                    next(client.follow())
+            yield f"http://127.0.0.1:{other.server_port}"
         finally:
-            page.shutdown()
+            other.shutdown()
             thread.join()
 
 
@@ -276,18 +313,19 @@ def test_asyncio_has_it_all(url: str) -> None:
             assert (await client.part_model("jaw")).startswith(b"glTF")
             assert (await client.time_offset(2)).round_trip_us > 0
             changes: list[StateChanged] = []
+            is_open = asyncio.Event()
 
             async def listen() -> None:
-                async with aclosing(client.events()) as events:
+                async with aclosing(client.events(on_open=is_open.set)) as events:
                     async for event in events:
                         if isinstance(event, StateChanged):
                             changes.append(event)
                             return
 
             listener = asyncio.create_task(listen())
-            await asyncio.sleep(0.5)
+            await is_open.wait()
             await client.set_state("jaw-mounted")
-            await asyncio.wait_for(listener, 10)
+            await asyncio.wait_for(listener, within(10))
             snapshots = []
             async with aclosing(client.follow()) as stream:
                 async for snapshot in stream:

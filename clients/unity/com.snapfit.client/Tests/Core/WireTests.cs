@@ -24,8 +24,18 @@ namespace Snapfit.Tests
             Feed(parser, "id: x-1\nevent: stale\ndata: {}\n\n"
                 + "id: x-2\nevent: part_lost\ndata: {\"p");
             parser.Reset();
+            Check.Equal("x-1", parser.LastId);
             List<string> got = Feed(parser, "event: recovered\ndata: {}\n\n");
             Check.Equal("recovered={}", string.Join("|", got.ToArray()));
+            Check.Equal("x-1", parser.LastId);
+        }
+
+        /// <summary>An id alone is no event, but says where to go on.</summary>
+        public static void TakesAnIdAlone()
+        {
+            SseParser parser = new SseParser();
+            Check.Equal(0, Feed(parser, "retry: 1000\nid: x-7\n\n: here\n\n").Count);
+            Check.Equal("x-7", parser.LastId);
         }
 
         /// <summary>What the server says is in the exception.</summary>

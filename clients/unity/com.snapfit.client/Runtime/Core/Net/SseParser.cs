@@ -10,8 +10,10 @@ namespace Snapfit
         private byte[] line = new byte[1024];
         private int length;
         private string kind = "";
+        private string id;
 
-        /// <summary>The id of the last event that had one, or null.</summary>
+        /// <summary>The last id that was complete, or null: what to go on after when the
+        /// connection breaks. The server gives one before the first event.</summary>
         public string LastId { get; private set; }
 
         /// <summary>The kind of the event that is complete.</summary>
@@ -43,12 +45,14 @@ namespace Snapfit
         {
             length = 0;
             kind = "";
+            id = LastId;
             data.Length = 0;
         }
 
         private bool Complete()
         {
             bool isEvent = data.Length > 0;
+            LastId = id;
             if (isEvent)
             {
                 Kind = kind.Length > 0 ? kind : "message";
@@ -77,7 +81,7 @@ namespace Snapfit
                     data.Append(value).Append('\n');
                     break;
                 case "id":
-                    LastId = value;
+                    id = value;
                     break;
             }
             return false;
