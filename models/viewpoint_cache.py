@@ -188,6 +188,9 @@ def _parsed(header: dict[str, Any], content: npt.NDArray[np.uint8]) -> Viewpoint
 
 def _forget_oldest(folder: Path) -> None:
     """Keep the models that were used last; the others can be made again."""
-    files = sorted(folder.glob("*.viewpoints"), key=lambda file: file.stat().st_mtime)
-    for file in files[:-_FILES_KEPT]:
+    used_at: dict[Path, float] = {}
+    for file in folder.glob("*.viewpoints"):
+        with contextlib.suppress(FileNotFoundError):  # another process has just forgotten it
+            used_at[file] = file.stat().st_mtime
+    for file in sorted(used_at, key=used_at.__getitem__)[:-_FILES_KEPT]:
         file.unlink(missing_ok=True)

@@ -105,7 +105,7 @@ class Pipeline:
 
     def close(self) -> None:
         """Let go of threads, files and devices."""
-        # First of all: a worker that is told to end has a second, and a look may take longer.
+        # First of all: a worker that is told to end has 5 s, and a look may take longer.
         if self.recording is not None:
             self.recording.close()
         if self.finding is not None:

@@ -23,6 +23,7 @@ from snapfit.server.tracking_loop import TrackingLoop
 from snapfit.server.worker_spec import REFUSED_EXIT_CODE, WorkerSpec
 
 _GRACE_S = 1.0
+_COMPLETION_S = 5.0  # less than the server waits before it kills
 _SWITCH_INTERVAL_S = 0.0005  # so that encoding pictures never holds up the tracking thread
 _LOG = logging.getLogger(__name__)
 
@@ -36,13 +37,13 @@ def main() -> int:
     configure_logging(choice, station=spec.station, boot_id=spec.boot_id)
     if sys.platform != "win32":
         os.nice(spec.niceness)
-    stop = threading.Event()
-    threading.Thread(target=_wait_for_end, args=(stop,), daemon=True).start()
+    stop, records = threading.Event(), threading.Event()
+    threading.Thread(target=_wait_for_end, args=(stop, records), daemon=True).start()
     names = StoreNames(spec.poses_segment, spec.pictures_segment)
     store = PoseStore.attach(names, spec.doorbell)
     reporter = Reporter(store, spec.boot_id)
     try:
-        _run(spec, store, reporter, stop)
+        _run(spec, store, reporter, stop, records)
     except SnapfitError as error:
         reporter.report(Phase.FAILED, str(error))
         _LOG.error("station %s: %s", spec.station, error)
@@ -52,13 +53,21 @@ def main() -> int:
     return 0
 
 
-def _run(spec: WorkerSpec, store: PoseStore, reporter: Reporter, stop: threading.Event) -> None:
+def _run(
+    spec: WorkerSpec,
+    store: PoseStore,
+    reporter: Reporter,
+    stop: threading.Event,
+    records: threading.Event,
+) -> None:
     reporter.report(Phase.STARTING, "loading the tracker")
     module, _, function = spec.pipeline.partition(":")
     open_pipeline = getattr(importlib.import_module(module), function)
     pipeline = open_pipeline(
         spec, lambda text, share=None: reporter.report(Phase.STARTING, text, share)
     )
+    if pipeline.recording is not None:
+        records.set()
     clock = Clock(spec.wall_minus_monotonic_ns)
     try:
         TrackingLoop(spec, pipeline, store, reporter, clock).run(stop)
@@ -77,12 +86,13 @@ def _read_line() -> bytes:
     return line
 
 
-def _wait_for_end(stop: threading.Event) -> None:
+def _wait_for_end(stop: threading.Event, records: threading.Event) -> None:
     while os.read(0, 1024):
         pass
     stop.set()
-    time.sleep(_GRACE_S)
-    os._exit(0)  # still compiling or rendering: nothing there needs an orderly end
+    # Only a recording is to be completed; nothing that compiles or renders needs an orderly end.
+    time.sleep(_COMPLETION_S if records.is_set() else _GRACE_S)
+    os._exit(0)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import threading
+import weakref
 from collections.abc import AsyncGenerator, Callable, Generator
 from typing import TypeVar
 
@@ -51,6 +52,36 @@ class Background:
     def _run(self) -> None:
         with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
             runner.run(_outcome(self._task))
+
+
+class Readers:
+    """The threads that read for one client, which ends them; may be used by several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._started: weakref.WeakSet[Background] = weakref.WeakSet()
+        self._is_closed = False
+
+    def start(self, begin: Callable[[], Background]) -> Background:
+        """Another one.
+
+        Raises:
+            RuntimeError: the client has been closed.
+        """
+        with self._lock:
+            if self._is_closed:
+                raise RuntimeError("The client has been closed.")
+            background = begin()
+            self._started.add(background)
+        return background
+
+    def close(self) -> None:
+        """End all, and start none any more."""
+        with self._lock:
+            self._is_closed = True
+            started = list(self._started)
+        for background in started:
+            background.stop()
 
 
 async def _outcome(task: asyncio.Task[None]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Generator, Sequence
 from types import TracebackType
 from typing import Self, TypeVar
@@ -11,7 +10,7 @@ from snapfit.clients.python import calls
 from snapfit.clients.python.anchor import AnchorInfo, Board, CharucoBoard, anchor_request
 from snapfit.clients.python.assembly import AssemblyStatus, CommandResult, StepAnswer, StepList
 from snapfit.clients.python.asset import AssetEntry, AssetInfo
-from snapfit.clients.python.background import Background, OpenStream, taken
+from snapfit.clients.python.background import Background, OpenStream, Readers, taken
 from snapfit.clients.python.backoff import Backoff, OnWait
 from snapfit.clients.python.calls import CAMERA, Axes, StationCalls
 from snapfit.clients.python.choice import asset_of, station_of
@@ -58,19 +57,18 @@ class Client:
         self._transport = transport
         self._station = station
         self._calls = StationCalls(station)
-        self._streams: weakref.WeakSet[Background] = weakref.WeakSet()
+        self._readers = Readers()
 
     def at(self, station: str) -> Client:
         """Another station of the same server, over the same connections; close this one only."""
         other = object.__new__(Client)
         other._open(self._transport, station)
-        other._streams = self._streams
+        other._readers = self._readers
         return other
 
     def close(self) -> None:
-        """End all streams and connections."""
-        for stream in list(self._streams):
-            stream.stop()
+        """End all streams and connections; none can be opened any more."""
+        self._readers.close()
         self._transport.close()
 
     def __enter__(self) -> Self:
@@ -288,8 +286,9 @@ class Client:
 
     def _taken(self, open_stream: OpenStream[T], mailbox: Mailbox[T]) -> Generator[T, None, None]:
         def start(filled: Mailbox[T]) -> Background:
-            background = Background(self._transport.connection, self._calls, open_stream, filled)
-            self._streams.add(background)
-            return background
+            connection = self._transport.connection
+            return self._readers.start(
+                lambda: Background(connection, self._calls, open_stream, filled)
+            )
 
         return taken(start, mailbox)

@@ -66,7 +66,7 @@ def tool(*names: str) -> str:
     pytest.skip(f"there is no {' or '.join(names)}: .ci/run installs it")
 
 
-def run(*command: str | Path, limit_s: float = 120) -> str:
+def run(*command: str | Path, limit_s: float = 400) -> str:
     """What a program prints, which has to succeed."""
     done = subprocess.run(
         [str(word) for word in command],

@@ -1,7 +1,8 @@
 """A small source and tracker for tests of the server: parts that move as written here.
 
 Workers get it by its dotted name; the environment tells what goes wrong:
-SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-start | clock-back
+SCRIPTED_FAULT = bad-frames | nan-pose | refused | crash | end | hang | slow-start | clock-back |
+    slow-frames (from the tenth on; no asset)
 and what else is to happen:
     assembles (other states by itself, every third of a second; then the cap is found and lost too)
     loose (no asset)
@@ -9,7 +10,7 @@ and what else is to happen:
     frame-by-frame (a tracker that keeps nothing)
     marker (an ArUco marker is seen)
     camera (a live camera, see scripted_camera)
-Where the station shall record, it does; with `loose`, because its asset lies in no folder.
+Where the station shall record, it does; with `loose` or `slow-frames`, because its asset lies in no folder.
     sways (it is seen, and parts go to and fro instead of away)
 """
 
@@ -46,6 +47,7 @@ LOST_PART = "cap"
 X_VELOCITY_M_PER_S = 0.1
 CAMERA = RgbdCamera(AZURE_KINECT_720P.scaled(0.25), depth=PinholeCamera(64, 48, 50, 50, 32, 24))
 END_AFTER_FRAMES = 10
+SLOW_FRAME_S = 1.7
 FRAMES_A_STATE = 10
 FRAMES_TO_FIND = 20
 MARKER = ArucoMarker(kind="aruco", id=7, size_m=0.25)
@@ -77,7 +79,7 @@ class ScriptedSource:
 
     def __init__(self, fault: str) -> None:
         self.parts = scripted_parts()
-        self.asset = None if fault == "loose" else scripted_asset(self.parts)
+        self.asset = None if fault in ("loose", "slow-frames") else scripted_asset(self.parts)
         self.initial_poses: Mapping[str, Pose] = {name: Pose.identity() for name in PART_NAMES}
         self._fault = fault
         self._number = 0
@@ -90,6 +92,8 @@ class ScriptedSource:
             raise RuntimeError("a bug in a source")
         if self._fault == "hang" and self._number > END_AFTER_FRAMES:
             time.sleep(60)
+        if self._fault == "slow-frames" and self._number > END_AFTER_FRAMES:
+            time.sleep(SLOW_FRAME_S)
         if self._fault == "clock-back" and self._number == END_AFTER_FRAMES:
             step_back()
         if self._fault == "bad-frames" and self._number % 3 == 0:
@@ -123,7 +127,7 @@ class ScriptedTracker:
         estimates = tuple(
             self._estimate(name, place, elapsed_s) for place, name in enumerate(PART_NAMES)
         )
-        assembly = None if self._fault == "loose" else self._judge.judge()
+        assembly = None if self._fault in ("loose", "slow-frames") else self._judge.judge()
         state = None if assembly is None else assembly.state
         return TrackingResult(frame.name, frame.captured_at_ns, estimates, 1.0, state, assembly)
 

@@ -17,6 +17,7 @@ import pytest
 from event_client import EventClient
 from harness import Server, running, wait_for
 from patience import within
+from scripted_pipeline import END_AFTER_FRAMES
 from wall_clock import BACK_S
 
 from snapfit.tracking.recording.reading import OpenRecording
@@ -146,6 +147,21 @@ def test_a_full_disk_ends_the_recording_and_not_the_tracking(
         assert len(opened.results) == recording["frames"]
         for each in opened.results:
             assert opened.frame(each).color.shape == (180, 320, 3)
+
+
+def test_a_worker_that_is_slow_to_end_completes_its_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SNAPFIT_STATION__RECORD", str(tmp_path))
+    with running("slow-frames") as server:
+        wait_for(lambda: server.answers() and server.worker()["frames"] >= END_AFTER_FRAMES, 60)
+        # The frame that is waited for holds it up.
+        code, _, err = server.end()
+    assert (code, err) == (0, "")
+    (path,) = tmp_path.glob("*.mcap")
+    with closing(OpenRecording(path)) as opened:
+        assert opened.problem is None
+        assert len(opened.results) >= END_AFTER_FRAMES
 
 
 def resident_mb(pid: int) -> float:

@@ -33,7 +33,7 @@ KINDS = {
 }
 # As the real ones, and quicker.
 TIMES = LiveTimes(
-    read_s=0.05, answer_s=0.2, silent_s=0.3, first_delay_s=0.02, longest_delay_s=0.05, close_s=3.0
+    read_s=0.05, answer_s=0.2, silent_s=0.3, first_delay_s=0.02, longest_delay_s=0.05, close_s=60.0
 )
 
 
@@ -82,6 +82,7 @@ def problem_of(source: LiveCamera, holds: Callable[[str], bool], limit_s: float 
 
 def test_frames_come_with_what_the_driver_says_of_the_camera(kind: str, driver: ModuleType) -> None:
     asset = find_asset("hobby-corner-clamp")
+    opened_ns = time.monotonic_ns()
     with closing(open_any(address(kind), asset)) as source:
         assert is_live(source)
         assert source.parts == asset.tracked_parts
@@ -89,13 +90,12 @@ def test_frames_come_with_what_the_driver_says_of_the_camera(kind: str, driver: 
         camera = source.camera
         assert camera.color.fx == driver.script.focal_px
         assert (camera.color.width, camera.color.height) == driver.script.size
-        before_ns = time.monotonic_ns()
         frame = frame_within(source)
         assert frame.color.shape == (*driver.script.size[::-1], 3)
         assert frame.color.dtype == np.uint8
         assert frame.depth.shape == driver.script.depth_size[::-1]
         assert frame.depth.dtype == np.uint16
-        assert before_ns - 1_000_000_000 < frame.captured_at_ns <= time.monotonic_ns()
+        assert opened_ns <= frame.captured_at_ns <= time.monotonic_ns()
         later = frame_within(source)
         assert later.captured_at_ns > frame.captured_at_ns
     assert driver.script.closed == 1

@@ -27,7 +27,7 @@ _MOST_WAITING = 30
 
 _MOST_LINES_WAITING = 1000
 _CLOSE_LIMIT_S = 0.7
-"""For what waits when a recording is closed: a worker that ends has a second."""
+"""For what waits when a recording is closed: nobody likes to wait for an end."""
 
 _NICER = 5
 

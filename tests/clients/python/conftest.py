@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "server"))
 
 from folder_server import FolderServer
 from harness import Server
+from patience import within
 
 from snapfit.clients.python import Client
 
@@ -34,6 +35,6 @@ def url(server: Server) -> str:
 def client(url: str) -> Iterator[Client]:
     """One that leaves no thread behind."""
     before = set(threading.enumerate())
-    with Client(url) as it:
+    with Client(url, timeout_s=within(30)) as it:
         yield it
     assert set(threading.enumerate()) <= before

@@ -9,16 +9,15 @@ import signal
 import socket
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import aclosing, closing, contextmanager
-from itertools import pairwise
+from itertools import islice, pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from harness import Server, running, wait_for
 from patience import within
-from scripted_pipeline import FRAME_RATE_HZ
 
 from snapfit.clients.python import (
     AsyncClient,
@@ -32,9 +31,11 @@ from snapfit.clients.python import (
     UnexpectedAnswerError,
     UnknownAnchorError,
     UnknownStationError,
+    backoff,
+    mailbox,
 )
 from snapfit.clients.python.backoff import Backoff
-from snapfit.clients.python.events import EventReader, Missed, OtherEvent
+from snapfit.clients.python.events import Event, EventReader, Missed, OtherEvent
 from snapfit.clients.python.mailbox import Latest
 
 START_S = 60
@@ -53,20 +54,30 @@ def take(client: Client, count: int, **options: Any) -> list[PoseSnapshot]:
 def test_every_snapshot_comes_once_and_in_order(client: Client, way: str) -> None:
     snapshots = take(client, 20, way=way, convention="unity")
     assert {it.convention for it in snapshots} == {"unity"}
-    seqs = [it.seq for it in snapshots]
-    assert seqs == sorted(set(seqs))
+    # A worker that is held up makes its last one stale, which is another version of it.
+    versions = [(it.seq, it.stale) for it in snapshots]
+    assert versions == sorted(set(versions))
 
 
 @pytest.mark.parametrize("way", ["websocket", "poll"])
-def test_who_is_slow_gets_fewer_not_older_ones(client: Client, way: Any) -> None:
-    seqs = []
+def test_who_is_slow_gets_fewer_not_older_ones(
+    client: Client, way: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    came, put = [0], Latest.put
+
+    def noted(self: Latest, item: PoseSnapshot) -> None:
+        put(self, item)
+        came.append(item.seq)
+
+    monkeypatch.setattr(Latest, "put", noted)
+    seqs: list[int] = []
     for snapshot in client.follow(way=way):
         seqs.append(snapshot.seq)
-        time.sleep(0.3)
         if len(seqs) == 6:
             break
+        wait_for(lambda: came[-1] >= seqs[-1] + 9)
     # A queue would give them one after the other.
-    assert min(b - a for a, b in pairwise(seqs)) >= 0.3 * FRAME_RATE_HZ - 4
+    assert min(b - a for a, b in pairwise(seqs)) >= 9
 
 
 def test_without_the_library_it_is_polled(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,13 +86,13 @@ def test_without_the_library_it_is_polled(client: Client, monkeypatch: pytest.Mo
 
 
 def test_leaving_the_loop_ends_the_thread(client: Client) -> None:
-    before = threading.active_count()
+    before = set(threading.enumerate())
     with closing(client.follow()) as snapshots:
         next(snapshots)
-        assert threading.active_count() == before + 1
-    assert threading.active_count() == before
+        (thread,) = set(threading.enumerate()) - before
+    assert not thread.is_alive()
     take(client, 2)
-    assert threading.active_count() == before
+    assert set(threading.enumerate()) <= before
 
 
 def test_closing_the_client_ends_a_loop_in_another_thread(url: str) -> None:
@@ -91,12 +102,22 @@ def test_closing_the_client_ends_a_loop_in_another_thread(url: str) -> None:
         for _ in client.follow():
             seen.set()
 
-    thread = threading.Thread(target=run)
+    thread = threading.Thread(target=run, daemon=True)
     thread.start()
-    assert seen.wait(10)
-    client.close()
-    thread.join(5)
+    try:
+        assert seen.wait(within(START_S))
+    finally:
+        client.close()
+    thread.join(within(START_S))
     assert not thread.is_alive()
+
+
+def test_a_client_that_is_closed_opens_no_stream(url: str) -> None:
+    client = Client(url)
+    client.close()
+    for ask in (client.poses, lambda: next(client.follow()), lambda: next(client.events())):
+        with pytest.raises(RuntimeError, match="closed"):
+            ask()
 
 
 @pytest.mark.parametrize("way", ["websocket", "poll"])
@@ -109,12 +130,13 @@ def test_what_cannot_be_mended_by_waiting_is_raised(client: Client, way: Any) ->
         next(client.at("bench-9").events())
 
 
-def test_who_gives_up_is_told_why() -> None:
+def test_who_gives_up_is_told_why(monkeypatch: pytest.MonkeyPatch) -> None:
     waits: list[float] = []
-    begin_s = time.monotonic()
+    # Time passes by waiting alone, however long this machine takes for a refused connection.
+    monkeypatch.setattr(backoff, "time", SimpleNamespace(monotonic=lambda: sum(waits)))
     with Client("http://127.0.0.1:9") as client, pytest.raises(NotReachableError):
         next(client.follow(give_up_after_s=1, on_wait=lambda _, wait_s: waits.append(wait_s)))
-    assert 1 <= time.monotonic() - begin_s < 5
+    assert sum(waits[:-1]) < 1 <= sum(waits)
     assert 2 <= len(waits) < 10
 
 
@@ -146,7 +168,7 @@ def test_a_worker_and_a_server_that_die_come_back() -> None:
             back = wait_for(lambda: not (it := next(snapshots)).stale and it)
             assert back.boot_id != stale.boot_id
             client.close()
-            reader.join(within(5))
+            reader.join(within(START_S))
         assert not reader.is_alive()
     assert {type(error) for error in failures} == {NotReachableError}
     assert {"stale", "recovered"} <= set(event_kinds)
@@ -169,8 +191,7 @@ def on_port(port: int) -> Iterator[Server]:
 def test_events_are_typed_and_resumed(client: Client) -> None:
     client.set_state("free")
     with closing(client.events(on_open=lambda: client.set_state("assembled"))) as events:
-        seen = [next(events) for _ in range(3)]
-    changed, *steps = seen
+        changed, *steps = first_steps(events, 3)
     assert isinstance(changed, StateChanged)
     assert (changed.from_state, changed.to_state) == ("free", "assembled")
     assert [each.step for each in steps if isinstance(each, StepFinished)] == [
@@ -178,11 +199,21 @@ def test_events_are_typed_and_resumed(client: Client) -> None:
         "screw-bolt",
     ]
     with closing(client.events(last_event_id=changed.id)) as events:
-        assert [next(events), next(events)] == steps
+        assert first_steps(events, 2) == steps
     with closing(client.events(last_event_id="00000000-1")) as events:
         missed = next(events)
     assert isinstance(missed, Missed)
-    assert missed.id == steps[-1].id
+    assert number(missed) >= number(steps[-1])
+
+
+def first_steps(events: Iterator[Event], count: int) -> list[StateChanged | StepFinished]:
+    """Without those of a worker that is held up: stale, and recovered."""
+    steps = (it for it in events if isinstance(it, StateChanged | StepFinished))
+    return list(islice(steps, count))
+
+
+def number(event: Event) -> int:
+    return int(event.id.rpartition("-")[2])
 
 
 def test_events_are_put_together_from_any_pieces() -> None:
@@ -245,18 +276,22 @@ def test_waits_grow_with_jitter_up_to_a_bound() -> None:
         assert 0.125 <= Backoff(on_wait=lambda *_: None).wait_s(error) <= 0.25
 
 
-def test_silence_makes_the_last_one_stale_once(client: Client) -> None:
-    latest, snapshot = Latest(0.05), client.poses()
+def test_silence_makes_the_last_one_stale_once(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr(mailbox, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    latest, snapshot = Latest(0.05), client.poses().model_copy(update={"stale": False})
     assert latest.take() is None
     latest.put(snapshot)
     assert latest.take() is snapshot
     latest.put(snapshot)
     assert latest.take() is None
-    time.sleep(0.06)
+    now_s[0] += 0.06
     stale = latest.take()
     assert stale is not None
     assert (stale.stale, stale.identity) == (True, snapshot.identity)
-    assert stale.age_us > snapshot.age_us + 50_000
+    assert stale.age_us == snapshot.age_us + 60_000
     assert latest.take() is None
     latest.put(snapshot)
     assert latest.take() is snapshot
@@ -325,7 +360,7 @@ def test_asyncio_has_it_all(url: str) -> None:
             listener = asyncio.create_task(listen())
             await is_open.wait()
             await client.set_state("jaw-mounted")
-            await asyncio.wait_for(listener, within(10))
+            await asyncio.wait_for(listener, within(START_S))
             snapshots = []
             async with aclosing(client.follow()) as stream:
                 async for snapshot in stream:
@@ -340,5 +375,5 @@ def test_asyncio_has_it_all(url: str) -> None:
 
     snapshots, changes = asyncio.run(run())
     assert [change.to_state for change in changes] == ["jaw-mounted"]
-    steps = [b.seq - a.seq for a, b in pairwise(snapshots)]
-    assert min(steps) >= 0.1 * FRAME_RATE_HZ - 2
+    versions = [(it.seq, it.stale) for it in snapshots]
+    assert versions == sorted(set(versions))

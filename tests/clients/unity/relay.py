@@ -53,14 +53,18 @@ class Relay:
                 threading.Thread(target=self._serve, args=(client,), daemon=True).start()
 
     def _serve(self, client: socket.socket) -> None:
-        with contextlib.suppress(OSError):
+        try:
             head = client.recv(_CHUNK)
             if self._refuses and b"upgrade: websocket" in head.lower():
                 client.sendall(_REFUSAL)
                 client.close()
                 return
             server = socket.create_connection(("127.0.0.1", self._to_port))
-            self._open += [client, server]
+        except OSError:
+            client.close()
+            return
+        self._open += [client, server]
+        with contextlib.suppress(OSError):
             server.sendall(head)
             frozen = self._frozen
             for source, sink in ((client, server), (server, client)):

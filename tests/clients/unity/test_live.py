@@ -19,7 +19,7 @@ from relay import relayed
 from snapfit.server.security.key_file import add_key
 from snapfit.server.security.roles import Role
 
-LIMIT_S = 240
+LIMIT_S = 600
 NOTHING: Mapping[str, Callable[[], object]] = {}
 
 

@@ -49,5 +49,5 @@ def test_numba_still_has_its_threads_when_open3d_came_first(needs_open3d):
         "print(int(double(numpy.arange(5)).sum()))\n"
     )
     command = [sys.executable, "-c", script]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=400, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, "20"), done.stderr

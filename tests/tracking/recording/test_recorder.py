@@ -29,7 +29,7 @@ def test_frames_that_cannot_be_written_in_time_are_counted_and_nobody_waits(
     encode = recording_file.encode_color
 
     def slow(*arguments):
-        assert gate.wait(120)
+        assert gate.wait(400)
         return encode(*arguments)
 
     monkeypatch.setattr(recording_file, "encode_color", slow)
@@ -55,6 +55,8 @@ def test_closing_is_quick_whatever_waits(tmp_path: Path, monkeypatch: pytest.Mon
     encode = recording_file.encode_color
 
     def slow(*arguments):
+        while recorder._give_up_at_s == float("inf"):  # it is not closed yet
+            time.sleep(0.005)
         time.sleep(0.2)
         return encode(*arguments)
 
@@ -63,7 +65,7 @@ def test_closing_is_quick_whatever_waits(tmp_path: Path, monkeypatch: pytest.Mon
     for number in range(20):
         recorder.add(recordings.frame(number), [], result_fields(recordings.result(number)))
     recorder.close(limit_s=0.3)
-    assert recorder.account.dropped >= 15
+    assert recorder.account.dropped >= 18
     with closing(OpenRecording(tmp_path / "bench.mcap")) as opened:
         assert opened.problem is None
         assert len(opened.results) == 20
@@ -77,7 +79,8 @@ def record_until_full(folder: Path) -> None:
     recorder = recordings.begin(folder / "bench.mcap")
     for number in range(200):
         recorder.add(recordings.frame(number), [], result_fields(recordings.result(number)))
-        time.sleep(0.005)
+        while recorder.account.problem is None and recorder.account.frames <= number:
+            time.sleep(0.001)
     recorder.close(limit_s=120)
     print(recorder.account.frames, recorder.account.problem)  # noqa: T201
 
@@ -87,7 +90,7 @@ def test_a_full_disk_stops_the_recording_and_nothing_else(tmp_path: Path) -> Non
         [sys.executable, __file__, str(tmp_path)],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=400,
         check=True,
     )
     n_frames, _, problem = done.stdout.partition(" ")
@@ -132,7 +135,7 @@ def test_a_bug_in_recording_never_reaches_who_tracks(
     monkeypatch.setattr(recording_file, "encode_color", broken)
     recorder: Recorder = recordings.begin(tmp_path / "bench.mcap")
     recorder.add(recordings.frame(0), [], result_fields(recordings.result(0)))
-    recorder.close()
+    recorder.close(limit_s=120)
     recorder.add(recordings.frame(1), [], {})
     assert recorder.account.problem == "stopped after 0 frames: RuntimeError('a bug')"
 

@@ -56,11 +56,19 @@ def test_a_moving_part_is_followed_to_the_last_frame(kind, follower, frames) -> 
     catch_up.close()
 
 
-def test_the_thread_takes_newer_frames_in(follower, frames) -> None:
+def test_the_thread_takes_newer_frames_in(follower, frames, monkeypatch) -> None:
+    added, track = threading.Event(), follower.track
+
+    def track_once_added(frame):
+        assert added.wait(within(60))
+        return track(frame)
+
+    monkeypatch.setattr(follower, "track", track_once_added)
     catch_up = CatchUpThread(follower)
     catch_up.begin(frames[:4], at(0), are_rough=True)
     for frame in frames[4:]:
         catch_up.add(frame)
+    added.set()
     assert taken(catch_up)["jaw"].distance_to(at(11)["jaw"]) < 0.002
     catch_up.close()
 

