@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -23,18 +24,33 @@ SHARED_MEMORY = Path("/dev/shm")
 START_LIMIT_S, END_LIMIT_S = 60.0, 60.0
 
 
+def _ports() -> Iterator[int]:
+    """Ports of this process of pytest's alone, below those that the system gives to others."""
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw9").removeprefix("gw"))
+    begin = 20_000 + 1000 * (worker % 10)
+    yield from cycle(range(begin + os.getpid() % 500, begin + 1000))
+
+
+_PORTS = _ports()
+
+
 def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+    """One that nobody listens on, and that nobody else takes before who asked listens."""
+    for port in _PORTS:
+        with socket.socket() as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
+    raise AssertionError("never reached: the ports begin again")
 
 
 def wait_for(condition: Callable[[], Any], limit_s: float = 30.0) -> Any:
     """The first true value of the condition; gives up `within` the limit."""
     limit_s = within(limit_s)
     give_up_at_s = time.monotonic() + limit_s
-    while time.monotonic() < give_up_at_s:
+    is_last = False
+    # Once more after the limit: this process may have been held up itself.
+    while not is_last:
+        is_last = time.monotonic() >= give_up_at_s
         value = condition()
         if value:
             return value

@@ -10,8 +10,9 @@ and what else is to happen:
     frame-by-frame (a tracker that keeps nothing)
     marker (an ArUco marker is seen)
     camera (a live camera, see scripted_camera)
-Where the station shall record, it does; with `loose` or `slow-frames`, because its asset lies in no folder.
     sways (it is seen, and parts go to and fro instead of away)
+Where the station shall record, it does; with `loose` or `slow-frames`, because its asset lies in
+no folder.
 """
 
 from __future__ import annotations
