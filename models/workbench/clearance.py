@@ -44,8 +44,13 @@ class Clearance:
         Returns:
             Shares of the smaller part's volume, summed, and 0.05 for each millimetre of depth.
         """
+        return self._overlap(moving, standing, self._boxes(standing))
+
+    def _overlap(
+        self, moving: Mapping[str, Pose], standing: Mapping[str, Pose], around: Mapping[str, Array]
+    ) -> float:
         total = 0.0
-        boxes = {name: self._box(name, pose) for name, pose in {**standing, **moving}.items()}
+        boxes = {**around, **self._boxes(moving)}
         for name in moving:
             depth_mm = -float(boxes[name][0, 2])
             total += _BENCH_WEIGHT * depth_mm if depth_mm > _TOUCH_MM else 0.0
@@ -69,7 +74,7 @@ class Clearance:
             within_m: farther away is told as this.
         """
         least_mm = within_m * _MM
-        boxes = {name: self._box(name, pose) for name, pose in {**standing, **moving}.items()}
+        boxes = self._boxes({**standing, **moving})
         for a, b in itertools.product(moving, standing):
             apart_mm = np.maximum(boxes[a][0] - boxes[b][1], boxes[b][0] - boxes[a][1])
             if float(np.linalg.norm(np.maximum(apart_mm, 0))) >= least_mm:
@@ -94,10 +99,14 @@ class Clearance:
             joined: `part_from_other` of it and all that moves with it.
             standing: `world_from_part` of the others.
         """
+        around = self._boxes(standing)
         return max(
-            self.overlap({name: way @ pose for name, pose in joined.items()}, standing)
+            self._overlap({name: way @ pose for name, pose in joined.items()}, standing, around)
             for way in ways
         )
+
+    def _boxes(self, poses: Mapping[str, Pose]) -> dict[str, Array]:
+        return {name: self._box(name, pose) for name, pose in poses.items()}
 
     def _box(self, name: str, pose: Pose) -> Array:
         """(2, 3) lowest and highest corner, world frame, mm."""

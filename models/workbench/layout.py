@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import islice
 
 import cv2
 import numpy as np
@@ -25,7 +26,7 @@ _CELL_M = 0.004
 _HALF_M = 0.6
 _AREA_X_M, _AREA_Y_M = (-0.36, 0.36), (-0.17, 0.26)
 _GAP_M, _NARROW_GAP_M = 0.012, 0.003
-_TRIES = 600
+_TRIES, _ENOUGH = 600, 12
 # Where the part that carries the others lies: the first place and turn from which all is in view.
 _WORK_X_M, _WORK_YS_M, _WORK_YAWS_DEG = 0.015, (0.03, -0.03, -0.08), (24, -156, 84, -96, 144, -36)
 _SIDES = tuple((s * (i == 0), s * (i == 1), s * (i == 2)) for i in range(3) for s in (-1.0, 1.0))
@@ -57,21 +58,20 @@ class Layout:
         """
         lying = resting_pose(mesh, Place(0.0, 0.0, 0.0, down))
         for gap_m in (_GAP_M, _NARROW_GAP_M):
-            found = [
+            # All are drawn, so that what is drawn next does not follow from where there is room.
+            tried = [_drawn(rng) for _ in range(_TRIES)]
+            free = (
                 pose
-                for pose in (self._tried(lying, rng) for _ in range(_TRIES))
+                for pose in (_standing(*each) @ lying for each in tried)
                 if self._is_free(pose.transform(mesh.vertices), gap_m)
-            ]
+            )
+            found = list(islice(free, _ENOUGH))
             if found:
                 # A little from the middle, so that not all crowd there.
-                pose = min(found[:12], key=lambda pose: float(np.hypot(*pose.translation[:2])))
+                pose = min(found, key=lambda pose: float(np.hypot(*pose.translation[:2])))
                 self.reserve(pose.transform(mesh.vertices), gap_m)
                 return pose
         raise WorkbenchError("the parts do not fit on the workbench: there is no room left in view")
-
-    def _tried(self, lying: Pose, rng: np.random.Generator) -> Pose:
-        yaw, x, y = rng.uniform(0, 2 * math.pi), rng.uniform(*_AREA_X_M), rng.uniform(*_AREA_Y_M)
-        return Pose.from_translation(x, y, 0) @ Pose.exp([0, 0, yaw, 0, 0, 0]) @ lying
 
     def _is_free(self, points: Array, gap_m: float) -> bool:
         own = np.zeros_like(self._taken)
@@ -92,6 +92,15 @@ class Layout:
         cv2.fillConvexPoly(grid, hull, 1)
         thickness = 2 * round(gap_m / _CELL_M) + 1
         cv2.polylines(grid, [hull], isClosed=True, color=1, thickness=thickness)
+
+
+def _drawn(rng: np.random.Generator) -> tuple[float, float, float]:
+    """Yaw, rad, and x, y, m, of a place anywhere in view."""
+    return rng.uniform(0, 2 * math.pi), rng.uniform(*_AREA_X_M), rng.uniform(*_AREA_Y_M)
+
+
+def _standing(yaw: float, x: float, y: float) -> Pose:
+    return Pose.from_translation(x, y, 0) @ Pose.exp([0, 0, yaw, 0, 0, 0])
 
 
 Plan = Sequence[tuple[Step, tuple[Mount, ...]]]

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -69,27 +70,41 @@ def draw() -> Draw:
         bench: bool = True,
         camera: RgbdCamera = CAMERA,
     ) -> Frame:
-        rng = np.random.default_rng(3)
         drawn = [part for part in parts if part.name in poses]
         seen = render(camera.color, [(p.mesh, poses[p.name]) for p in drawn], normals=True)
         assert seen.normal is not None
         table = np.array([(0, 0, 0), *(part.color_rgb[::-1] for part in drawn)])
         shade = 0.5 + 0.5 * np.abs(seen.normal[..., 2:])
-        noise = rng.normal(0, 4, (*seen.depth.shape, 1))
-        ground = rng.integers(70, 110, (*seen.depth.shape, 1)) * np.ones(3)
-        color = np.where(seen.part_id[..., None] > 0, table[seen.part_id] * shade + noise, ground)
         assert camera.depth is not None
+        noise, ground, depth_noise = _chance(seen.depth.shape, _shape(camera.depth))
+        shown = seen.part_id > 0
+        color = ground.copy()
+        color[shown] = np.clip(table[seen.part_id[shown]] * shade[shown] + noise[shown], 0, 255)
         depth_from_color = camera.color_from_depth.inverse()
         bodies = [(p.mesh, depth_from_color @ poses[p.name]) for p in drawn]
         depth_m = render(camera.depth, bodies).depth.astype(np.float64)
         if bench:
             depth_m = np.where(depth_m > 0, depth_m, _bench_m(camera.depth, camera))
-        depth_m += (depth_m > 0) * rng.normal(0, 0.0007, depth_m.shape)
+        depth_m += (depth_m > 0) * depth_noise
         counts = np.round(depth_m / camera.depth_scale_m).astype(np.uint16)
-        pixels = np.ascontiguousarray(np.clip(color, 0, 255).astype(np.uint8))
-        return Frame("0", 0, pixels, counts)
+        return Frame("0", 0, color, counts)
 
     return _draw
+
+
+def _shape(camera: PinholeCamera) -> tuple[int, int]:
+    return camera.height, camera.width
+
+
+@cache
+def _chance(
+    shape: tuple[int, int], depth_shape: tuple[int, int]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8], npt.NDArray[np.float64]]:
+    """Noise of the parts, the bench's colour, noise of the depth: the same in each frame."""
+    rng = np.random.default_rng(3)
+    noise = rng.normal(0, 4, (*shape, 1))
+    ground = np.repeat(rng.integers(70, 110, (*shape, 1)), 3, axis=2).astype(np.uint8)
+    return noise, ground, rng.normal(0, 0.0007, depth_shape)
 
 
 def _bench_m(depth: PinholeCamera, camera: RgbdCamera) -> npt.NDArray[np.float64]:
