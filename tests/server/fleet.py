@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from harness import HERE, Server, free_port, wait_for, with_tests
+from harness import HERE, Said, Server, free_port, wait_for, with_tests
+from patience import within
 
 from snapfit.models.cache import CACHE_VARIABLE
 
@@ -36,11 +38,19 @@ class Redis:
             [REDIS, "--port", str(self.port), *options], stdout=subprocess.DEVNULL
         )
 
+    def answers(self) -> bool:
+        try:
+            with socket.create_connection(("127.0.0.1", self.port), timeout=1) as wire:
+                wire.sendall(b"PING\r\n")
+                return wire.recv(16).startswith(b"+PONG")
+        except OSError:
+            return False
+
     def stop(self) -> None:
         if self.process is not None:
             self.process.send_signal(signal.SIGCONT)
             self.process.terminate()
-            self.process.wait(5)
+            self.process.wait(within(30))
             self.process = None
 
     def signal(self, number: int) -> None:
@@ -53,6 +63,7 @@ def redis_server() -> Iterator[Redis]:
     it = Redis()
     it.start()
     try:
+        wait_for(it.answers)
         yield it
     finally:
         it.stop()
@@ -64,20 +75,25 @@ class WorkerMachine:
     def __init__(self, folder: Path, url: str, **environment: str) -> None:
         config = folder / "worker.toml"
         config.write_text(f'store = "{url}"\n')
+        self.said = Said()
         self.process = subprocess.Popen(
             [sys.executable, str(HERE / "work_scripted.py"), str(config)],
             env={**os.environ, "PYTHONPATH": with_tests(), **environment},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+            stdout=self.said.out,
+            stderr=self.said.err,
         )
 
     def end(self, number: int = signal.SIGTERM) -> tuple[int, str, str]:
         """Exit code, standard output, standard error."""
         if self.process.poll() is None:
             self.process.send_signal(number)
-        out, err = self.process.communicate(timeout=30)
-        return self.process.returncode, out, err
+        try:
+            self.process.wait(within(60))
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise
+        return self.process.returncode, *self.said.read()
 
 
 @contextmanager
@@ -87,6 +103,7 @@ def working(folder: Path, url: str, **environment: str) -> Iterator[WorkerMachin
         yield machine
     finally:
         machine.end()
+        machine.said.close()
 
 
 @contextmanager

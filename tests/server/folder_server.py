@@ -9,12 +9,15 @@ from pathlib import Path
 import pytest
 from harness import Server, running
 
+STALE_AFTER_S = 20
+
 
 class FolderServer:
     """It starts when the first test asks for it, and ends after the folder's last one.
 
     A fixture for the whole session would go on beside the tests of all other folders: a tenth of
-    a core for each server.
+    a core for each server. Poses are stale only if the worker is down, not if it is held up for
+    half a second.
     """
 
     def __init__(self, folder: Path, fault: str = "") -> None:
@@ -24,7 +27,9 @@ class FolderServer:
 
     def started(self) -> Server:
         if self._server is None:
-            self._server = self._open.enter_context(running(self._fault))
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setenv("SNAPFIT_STATION__STALE_AFTER_S", str(STALE_AFTER_S))
+                self._server = self._open.enter_context(running(self._fault))
         return self._server.wait_ready()
 
     @pytest.hookimpl(wrapper=True)

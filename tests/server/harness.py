@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -44,8 +45,8 @@ def free_port() -> int:
 
 
 def wait_for(condition: Callable[[], Any], limit_s: float = 30.0) -> Any:
-    """The first true value of the condition; gives up `within` the limit."""
-    limit_s = within(limit_s)
+    """The first true value of the condition; gives up `within` the limit, or half a minute."""
+    limit_s = within(max(limit_s, 30.0))
     give_up_at_s = time.monotonic() + limit_s
     is_last = False
     # Once more after the limit: this process may have been held up itself.
@@ -82,8 +83,39 @@ def left_behind() -> set[str]:
 
 
 def is_alive(pid: int) -> bool:
-    stat = Path(f"/proc/{pid}/stat")
-    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+    return stat.rpartition(")")[2].split()[0] != "Z"
+
+
+def once_there(ask: Callable[[], httpx.Response], limit_s: float = 60.0) -> httpx.Response:
+    """The first answer that is not 503, which a worker that is held up makes of any question."""
+    answer: httpx.Response = wait_for(lambda: (it := ask()).status_code != 503 and it, limit_s)
+    return answer
+
+
+class Said:
+    """What a process writes: into files, which never fill up as a pipe that nobody reads does."""
+
+    def __init__(self) -> None:
+        self.out, self.err = _nameless_file(), _nameless_file()
+
+    def read(self) -> tuple[str, str]:
+        """Standard output and standard error so far."""
+        out, err = (os.pread(file, os.fstat(file).st_size, 0) for file in (self.out, self.err))
+        return out.decode(), err.decode()
+
+    def close(self) -> None:
+        os.close(self.out)
+        os.close(self.err)
+
+
+def _nameless_file() -> int:
+    file, name = tempfile.mkstemp()
+    Path(name).unlink()
+    return file
 
 
 class Server:
@@ -99,15 +131,16 @@ class Server:
         self.port = port or free_port()
         self.started_at_s = time.monotonic()
         self.environment = {**os.environ, "PYTHONPATH": with_tests(), "SCRIPTED_FAULT": fault}
+        self.said = Said()
         self.process = subprocess.Popen(
             [*(command or [sys.executable, str(HERE / "serve_scripted.py")]), str(self.port)]
             + (more or []),
             env=self.environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+            stdout=self.said.out,
+            stderr=self.said.err,
         )
-        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=30)
+        self.client = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=within(30))
+        self._last: tuple[str, str] | None = None
 
     def get(self, path: str, **arguments: Any) -> httpx.Response:
         return self.client.get(path, **arguments)
@@ -133,12 +166,15 @@ class Server:
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
-            out, err = self.process.communicate(timeout=within(END_LIMIT_S))
+            self.process.wait(within(END_LIMIT_S))
         except subprocess.TimeoutExpired:
             self.process.kill()
-            self.process.communicate()
+            self.process.wait()
             raise
-        return self.process.returncode, out, err
+        if self._last is None:
+            self._last = self.said.read()
+            self.said.close()
+        return self.process.returncode, *self._last
 
 
 @contextmanager
