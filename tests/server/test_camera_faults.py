@@ -11,6 +11,7 @@ import pytest
 import scripted_camera
 from event_client import EventClient
 from harness import Server, running, wait_for
+from patience import within
 
 SILENT_S = 5.0
 
@@ -53,13 +54,12 @@ def test_a_fault_of_the_camera_is_told_and_got_over(
 ) -> None:
     before = station.worker()
     client = EventClient(station)
-    begin_s = time.monotonic()
     tell(orders, order)
+    told = wait_for(lambda: problem in (last_problem(station) or "") and last_problem(station))
+    held = wait_for(lambda: (it := station.get("/v1/poses").json())["stale"] and it)
     client.wait_for("stale")
     assert station.get("/readyz").status_code == 503
     assert station.get("/healthz").status_code == 200
-    held = station.get("/v1/poses").json()
-    told = wait_for(lambda: problem in (last_problem(station) or "") and last_problem(station))
     # Nothing is made up meanwhile: the last poses stay, and are said to be stale.
     later = station.get("/v1/poses").json()
     assert (later["stale"], later["seq"]) == (True, held["seq"])
@@ -68,17 +68,17 @@ def test_a_fault_of_the_camera_is_told_and_got_over(
     assert later["parts"] == held["parts"]
     assert station.worker()["bad_frames"] > before["bad_frames"]
     if order == "silent":
-        assert time.monotonic() - begin_s > SILENT_S
+        assert later["age_us"] > 1e6 * SILENT_S
         assert "is gone" in told
     tell(orders, "fine")
-    client.wait_for("recovered")
+    wait_for(lambda: client.kinds()[-1:] == ["recovered"])
     client.close()
-    assert client.kinds() == ["stale", "recovered"]
+    # More than once where the worker was held up besides.
+    assert client.kinds() == ["stale", "recovered"] * (len(client.kinds()) // 2)
     wait_for(lambda: station.get("/readyz").status_code == 200)
-    after = station.get("/v1/poses").json()
+    after = wait_for(lambda: not (it := station.get("/v1/poses").json())["stale"] and it)
     assert after["seq"] > held["seq"]
     assert after["captured_at_us"] > held["captured_at_us"]
-    assert not after["stale"]
     assert (station.worker()["restarts"], after["boot_id"]) == (0, held["boot_id"])
 
 
@@ -95,14 +95,14 @@ def test_who_does_not_read_the_film_is_dropped_and_tracking_goes_on(station: Ser
         client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         client.sendall(ask)
         ages_us = []
-        give_up_at_s = time.monotonic() + 30
+        give_up_at_s = time.monotonic() + within(60)
         while dropped(station) == before:
             assert time.monotonic() < give_up_at_s
             ages_us.append(station.get("/v1/poses").json()["age_us"])
             time.sleep(0.05)
     assert dropped(station) == before + 1
-    assert sorted(ages_us)[len(ages_us) // 2] < 200_000
-    assert not station.get("/v1/poses").json()["stale"]
+    assert sorted(ages_us)[len(ages_us) // 2] < 200_000 * within(1)
+    wait_for(lambda: not station.get("/v1/poses").json()["stale"])
 
 
 def dropped(station: Server) -> float:

@@ -8,7 +8,8 @@ import signal
 import socket
 import threading
 import time
-from contextlib import ExitStack, closing
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -55,21 +56,40 @@ class Watcher(threading.Thread):
         self.join()
 
 
+@contextmanager
+def watching(server: Server) -> Iterator[Watcher]:
+    watcher = Watcher(server)
+    watcher.start()
+    try:
+        yield watcher
+    finally:
+        watcher.end()
+
+
+def fresh(server: Server) -> dict[str, Any] | None:
+    poses: dict[str, Any] = server.get("/v1/poses").json()
+    return None if poses["stale"] else poses
+
+
+def is_over(server: Server, boot_id: str) -> bool:
+    """Whether this run of the worker is known to be down, or another one is there already."""
+    poses = server.get("/v1/poses").json()
+    return bool(poses["stale"] or poses["boot_id"] != boot_id)
+
+
 def test_ten_kills_within_a_minute_cost_nothing_but_freshness() -> None:
     with running() as server:
         server.wait_ready()
-        watcher = Watcher(server)
-        watcher.start()
         begin_s = time.monotonic()
         boot_ids = set()
-        for _ in range(KILLS):
-            before = wait_for(lambda: not (it := server.get("/v1/poses").json())["stale"] and it)
-            boot_ids.add(before["boot_id"])
-            os.kill(wait_for(lambda: server.worker()["pid"]), signal.SIGKILL)
-            wait_for(lambda: server.get("/v1/poses").json()["stale"], 5)
-        wait_for(lambda: not server.get("/v1/poses").json()["stale"])
+        with watching(server) as watcher:
+            for _ in range(KILLS):
+                before = wait_for(lambda: fresh(server))
+                boot_ids.add(before["boot_id"])
+                os.kill(wait_for(lambda: server.worker()["pid"]), signal.SIGKILL)
+                wait_for(lambda boot_id=before["boot_id"]: is_over(server, boot_id))
+            wait_for(lambda: fresh(server))
         assert time.monotonic() - begin_s < within(LIMIT_S)
-        watcher.end()
         assert len(boot_ids) == KILLS
         assert server.worker()["restarts"] == KILLS
     assert watcher.rounds > KILLS
@@ -82,34 +102,17 @@ def test_ten_kills_within_a_minute_cost_nothing_but_freshness() -> None:
 def test_a_wall_clock_that_is_set_back_changes_nothing() -> None:
     with running("clock-back") as server:
         server.wait_ready()
-        back_s = time.monotonic() + 1
-        end_s = back_s + 2
         last: dict[str, Any] = server.get("/v1/poses").json()
-        now_us, is_back = 0, False
-        while (now_s := time.monotonic()) < end_s:
-            if now_s > back_s and not is_back:
-                server.process.send_signal(signal.SIGUSR1)
-                is_back = True
-            poses = server.get("/v1/poses").json()
-            assert poses["captured_at_us"] >= last["captured_at_us"]
-            assert (poses["seq"] == last["seq"]) == (
-                poses["captured_at_us"] == last["captured_at_us"]
-            )
-            # A machine in use may keep a frame waiting; a clock set back would tell years.
-            assert 0 <= poses["age_us"] < 1e6 * within(0.5)
-            assert not poses["stale"] or poses["age_us"] > 400_000
-            sent_at_us = server.get("/v1/time").json()["sent_at_us"]
-            assert sent_at_us > now_us
-            now_us, last = sent_at_us, poses
-            time.sleep(0.01)
+        last, now_us = go_on(server, last, 0, for_s=1)
+        server.process.send_signal(signal.SIGUSR1)
+        last, now_us = go_on(server, last, now_us, for_s=2)
         velocity = last["parts"][1]["linear_velocity"][0]
         assert abs(velocity - 0.1) < 0.01
         # A worker that is started only now knows the time from its server.
         with closing(EventClient(server)) as client:
             os.kill(server.worker()["pid"], signal.SIGKILL)
-            client.wait_for("recovered", 30)
-        after = server.get("/v1/poses").json()
-        assert after["boot_id"] != last["boot_id"]
+            after = wait_for(lambda: another(server, last["boot_id"]))
+            client.wait_for("recovered")
         assert after["captured_at_us"] > last["captured_at_us"]
         told = [event.data["at_us"] for event in client.events]
         times = [now_us, *told, server.get("/v1/time").json()["sent_at_us"]]
@@ -118,6 +121,32 @@ def test_a_wall_clock_that_is_set_back_changes_nothing() -> None:
         date = httpx.Headers(server.get("/healthz").headers)["date"]
         told_s = time.mktime(time.strptime(date, "%a, %d %b %Y %H:%M:%S GMT")) - time.timezone
         assert abs(time.time() - BACK_S - told_s) < 60
+
+
+def go_on(
+    server: Server, last: dict[str, Any], now_us: int, for_s: float
+) -> tuple[dict[str, Any], int]:
+    """Time goes forwards for so long; the last poses and the last time."""
+    end_s = time.monotonic() + for_s
+    while time.monotonic() < end_s:
+        poses = server.get("/v1/poses").json()
+        assert poses["captured_at_us"] >= last["captured_at_us"]
+        is_same = poses["captured_at_us"] == last["captured_at_us"]
+        assert (poses["seq"] == last["seq"]) == is_same
+        # A machine in use may keep a frame waiting; a clock set back would tell an hour.
+        assert 0 <= poses["age_us"] < 1e6 * BACK_S / 60
+        assert not poses["stale"] or poses["age_us"] > 400_000
+        sent_at_us = server.get("/v1/time").json()["sent_at_us"]
+        assert sent_at_us > now_us
+        now_us, last = sent_at_us, poses
+        time.sleep(0.01)
+    return last, now_us
+
+
+def another(server: Server, boot_id: str) -> dict[str, Any] | None:
+    """Fresh poses of another run of the worker."""
+    poses = fresh(server)
+    return poses if poses and poses["boot_id"] != boot_id else None
 
 
 def test_a_full_disk_ends_the_recording_and_not_the_tracking(
@@ -135,8 +164,8 @@ def test_a_full_disk_ends_the_recording_and_not_the_tracking(
         assert recording["problem"] == f"stopped after {recording['frames']} frames: File too large"
         before = server.get("/v1/poses").json()
         wait_for(lambda: server.get("/v1/poses").json()["seq"] > before["seq"] + 30)
-        assert not server.get("/v1/poses").json()["stale"]
-        assert server.get("/readyz").status_code == 200
+        wait_for(lambda: not server.get("/v1/poses").json()["stale"])
+        wait_for(lambda: server.get("/readyz").status_code == 200)
         worker = server.worker()
         assert (worker["restarts"], worker["recording"]) == (0, recording)
         code, _, err = server.end()
@@ -144,8 +173,9 @@ def test_a_full_disk_ends_the_recording_and_not_the_tracking(
     assert err.count("tracking goes on") == 1
     assert "Traceback" not in err
     with closing(OpenRecording(path)) as opened:
-        assert len(opened.results) == recording["frames"]
-        for each in opened.results:
+        written = [each for each in opened.results if each.images is not None]
+        assert len(written) == recording["frames"]
+        for each in written:
             assert opened.frame(each).color.shape == (180, 320, 3)
 
 
@@ -195,7 +225,7 @@ def test_clients_that_never_read_hold_nobody_up(unread: int) -> None:
             latencies_s.append(time.perf_counter() - begin_s)
             time.sleep(0.02)
         assert sorted(latencies_s)[50] < within(0.5)
-        assert not server.get("/v1/poses").json()["stale"]
+        wait_for(lambda: not server.get("/v1/poses").json()["stale"])
         assert resident_mb(server.process.pid) < before_mb + 30
         sockets.close()
         code, _, err = server.end()

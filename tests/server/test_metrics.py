@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 import pytest
+from folder_server import STALE_AFTER_S
 from harness import Server, running, wait_for
-from patience import within
 from prometheus_client.parser import text_string_to_metric_families
 from test_api import assert_problem
 
@@ -27,15 +27,18 @@ def test_the_station_is_measured(server: Server) -> None:
     station = "bench-1"
     assert found["snapfit_worker_up", station] == 1
     assert found["snapfit_stale", station] == 0
-    assert 0 < found["snapfit_pose_age_seconds", station] < within(0.5)
+    assert 0 < found["snapfit_pose_age_seconds", station] < STALE_AFTER_S
     assert found["snapfit_part_confidence", "jaw", station] == pytest.approx(0.97)
     assert found["snapfit_part_tracked", "cap", station] == 0
     assert found["snapfit_assembly_state", "free", station] == 1
-    wait_for(lambda: samples(server)["snapfit_frame_seconds", station] == 0.001)
-    before = samples(server)["snapfit_assembly_state_seconds_total", "free", station]
+    wait_for(lambda: samples(server).get(("snapfit_frame_seconds", station)) == 0.001)
+    begin_s = time.monotonic()
+    in_free = ("snapfit_assembly_state_seconds_total", "free", station)
+    before = samples(server)[in_free]
     time.sleep(0.3)
-    after = samples(server)["snapfit_assembly_state_seconds_total", "free", station]
-    assert 0.25 < after - before < within(2)
+    after = wait_for(lambda: (it := samples(server)[in_free]) > before + 0.25 and it)
+    # Its clock goes on by the snapshots, of which the last may be a little old.
+    assert after - before < time.monotonic() - begin_s + 0.5
 
 
 def test_requests_are_counted_by_route(server: Server) -> None:
@@ -85,7 +88,7 @@ def test_the_state_clock_adds_up() -> None:
 
 
 def test_four_stamps_find_the_offset(server: Server) -> None:
-    offsets_us = []
+    least_us, most_us = [], []
     for _ in range(5):
         c1 = time.time_ns() // 1000
         answer = server.get(f"/v1/time?client_sent_at_us={c1}").json()
@@ -94,9 +97,12 @@ def test_four_stamps_find_the_offset(server: Server) -> None:
         t1, t2 = answer["received_at_us"], answer["sent_at_us"]
         assert t1 <= t2
         round_trip_us = (c2 - c1) - (t2 - t1)
-        assert 0 <= round_trip_us < within(500_000)
-        offsets_us.append(((t1 - c1) + (t2 - c2)) / 2)
-    assert max(offsets_us) - min(offsets_us) < within(50_000)
+        assert round_trip_us >= 0
+        offset_us = ((t1 - c1) + (t2 - c2)) / 2
+        least_us.append(offset_us - round_trip_us / 2)
+        most_us.append(offset_us + round_trip_us / 2)
+    # The true one lies within each round trip, so they have some in common.
+    assert max(least_us) <= min(most_us) + 1000
 
 
 @pytest.mark.parametrize("stamp", ["-1", "now", "1.5", "9007199254740993"])

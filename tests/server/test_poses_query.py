@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import socket
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import golden_conventions
-import httpx
 import numpy as np
 import pytest
 from harness import Server, running, wait_for
@@ -102,7 +103,7 @@ def test_a_long_poll_brings_every_snapshot_as_it_comes(server: Server, path: str
         answer = server.get(path + query).json()
         seqs.append(answer["seq"])
     assert seqs == sorted(set(seqs))
-    assert time.monotonic() - begin_s > 8 * PERIOD_S
+    assert time.monotonic() - begin_s > 6 * PERIOD_S
 
 
 def test_a_long_poll_answers_soon_after_the_snapshot_is_there(server: Server) -> None:
@@ -157,15 +158,32 @@ def test_a_long_poll_ends_when_the_snapshot_becomes_stale() -> None:
         assert (answer.status_code, answer.json()["stale"]) == (200, True)
 
 
-def test_waiting_clients_do_not_hold_up_the_end_of_the_server() -> None:
-    with running() as server:
+def test_waiting_clients_do_not_hold_up_the_end_of_the_server(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("SNAPFIT_STATION__STALE_AFTER_S", "20")  # else they would end by that
+    with running() as server, ExitStack() as open_now:
         boot_id = server.wait_ready().get("/v1/poses").json()["boot_id"]
-        url = f"http://127.0.0.1:{server.port}/v1/poses?after_seq=1000000&boot_id={boot_id}"
-        with ThreadPoolExecutor(4) as pool:
-            waiting = [pool.submit(httpx.get, url, timeout=60) for _ in range(4)]
-            time.sleep(2)  # until all of them wait, on a busy machine too
-            begin_s = time.monotonic()
-            code, _, err = server.end()
-            assert (code, err) == (0, "")
-            assert time.monotonic() - begin_s < within(3)
-            assert {each.result().status_code for each in waiting} == {204}
+        path = f"/v1/poses?after_seq=1000000&boot_id={boot_id}&timeout_s=60"
+        wires = [open_now.enter_context(connected(server)) for _ in range(4)]
+        for wire in wires:
+            wire.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
+        assert server.answers()  # the server has read what was sent before this
+        begin_s = time.monotonic()
+        code, _, err = server.end()
+        assert (code, err) == (0, "")
+        assert time.monotonic() - begin_s < within(15)
+        for wire in wires:
+            assert wire.recv(4096).startswith(b"HTTP/1.1 204 ")
+
+
+@contextmanager
+def connected(server: Server) -> Iterator[socket.socket]:
+    """A connection that the server has taken."""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=within(60)) as wire:
+        wire.sendall(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        answer = b""
+        while not answer.endswith(b"}"):
+            answer += wire.recv(4096)
+        assert answer.startswith(b"HTTP/1.1 200 ")
+        yield wire
