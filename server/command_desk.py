@@ -14,6 +14,7 @@ from snapfit.server.pose_store import PoseStore
 from snapfit.server.problems import ProblemError
 
 _LIMIT_S = 3.0
+_BEGIN_WITHIN_S = 2.5  # the rest is for the frame that shows what was done
 _PERIOD_S = 0.004
 
 
@@ -54,7 +55,10 @@ class CommandDesk:
         if why_down is not None:
             raise self._unavailable(why_down)
         self._number += 1
-        command = Command(number=self._number, kind=kind, parts=tuple(parts), state=state)
+        by_s = time.monotonic() + _BEGIN_WITHIN_S
+        command = Command(
+            number=self._number, kind=kind, parts=tuple(parts), state=state, begin_by_s=by_s
+        )
         self._pending.append(command)
         self._write()
         try:
@@ -63,6 +67,8 @@ class CommandDesk:
             # Done or not, a worker that comes later shall not do it.
             self._pending.remove(command)
             self._write()
+        # It may have been done while it was taken back.
+        outcome = outcome or self._told(command.number)
         if outcome is None:
             raise self._unavailable(f"it did not answer within {_LIMIT_S:g} s")
         if outcome.problem is not None:
@@ -74,17 +80,26 @@ class CommandDesk:
     async def _outcome(self, number: int) -> Outcome | None:
         give_up_at_s = time.monotonic() + _LIMIT_S
         seen = -1
-        while time.monotonic() < give_up_at_s:
+        is_last = False
+        while not is_last:
+            # Before the look: whoever was held up until after the limit looks once more.
+            is_last = time.monotonic() >= give_up_at_s
             if self._store.replies.latest != seen:
                 seen = self._store.replies.latest
-                message = self._store.replies.read()
-                if message is not None:
-                    replies = Replies.model_validate_json(message.payload)
-                    for outcome in replies.outcomes if replies.run == self._run else ():
-                        if outcome.number == number:
-                            return outcome
-            await asyncio.sleep(_PERIOD_S)
+                outcome = self._told(number)
+                if outcome is not None:
+                    return outcome
+            if not is_last:
+                await asyncio.sleep(_PERIOD_S)
         return None
+
+    def _told(self, number: int) -> Outcome | None:
+        """What the worker has told of this command; None where it has told nothing."""
+        message = self._store.replies.read()
+        replies = None if message is None else Replies.model_validate_json(message.payload)
+        if replies is None or replies.run != self._run:
+            return None
+        return next((it for it in replies.outcomes if it.number == number), None)
 
     def _write(self) -> None:
         orders = Orders(run=self._run, commands=tuple(self._pending), boards=self._boards)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 
 from snapfit.server.commands import Command, CommandKind, Orders, Outcome, Replies
@@ -60,6 +61,8 @@ class CommandRunner:
         for command in orders.commands:
             if command.number > self._number:
                 self._number = command.number
+                if command.begin_by_s is not None and time.monotonic() > command.begin_by_s:
+                    continue
                 self._outcomes.append(_ended(command) if ended else self._do(command))
                 self._is_due = True
 

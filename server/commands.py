@@ -29,12 +29,15 @@ class Command(_Message):
         kind: what to do.
         parts: to be looked for again; empty for all.
         state: that holds.
+        begin_by_s: by the monotonic clock of the worker's machine: later it is not begun, because
+            whoever ordered it may have given it up. None: at any time.
     """
 
     number: int
     kind: CommandKind
     parts: tuple[str, ...] = ()
     state: str = ""
+    begin_by_s: float | None = None
 
 
 class Outcome(_Message):

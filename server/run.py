@@ -75,10 +75,10 @@ def run_server(settings: Settings, companion: Companion, pipeline: str = DEFAULT
         timeout_keep_alive=_UNUSED_LIMIT_S,
         timeout_graceful_shutdown=_SHUTDOWN_LIMIT_S,
     )
-    # Until uvicorn listens to signals, and after: there is nothing to interrupt.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _ignore)
     server = _Server(config, app.state.stations)
+    # Until uvicorn listens to signals, and after: one that comes during the start is not lost.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, server.handle_exit)
     prepare_openapi(app)
     # What is there now stays: looking through it for garbage would hold up every answer for tens of
     # milliseconds.
@@ -117,7 +117,8 @@ async def _serve(
 
     beside = asyncio.ensure_future(companion)
     beside.add_done_callback(end_if_failed)
-    await server.serve(listeners)
+    if not server.should_exit:  # told to end before there was anything to begin
+        await server.serve(listeners)
     beside.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await beside
@@ -150,7 +151,3 @@ def _listen(host: str, port: int) -> socket.socket:
             f"cannot listen at {host} port {port} ({error.strerror}): check --host and --port"
         ) from error
     return listener
-
-
-def _ignore(_number: int, _frame: FrameType | None) -> None:
-    """Stands in for Python's KeyboardInterrupt."""

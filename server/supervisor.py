@@ -155,10 +155,12 @@ class Supervisor:
 
     def _wait(self, process: subprocess.Popen[bytes], boot_id: str) -> int:
         """Until the process is gone: by itself, hung, or because `close` was called."""
+        silent_for_s = 0.0
         while not self._stop.is_set():
             with contextlib.suppress(subprocess.TimeoutExpired):
                 return process.wait(_WATCH_PERIOD_S)
-            silent_for_s = self._store.silent_for_s()
+            # Look by look: when this process was frozen, its worker probably was, too.
+            silent_for_s = min(silent_for_s + _WATCH_PERIOD_S, self._store.silent_for_s())
             if silent_for_s > self._policy.silence_limit_s and self._is_tracking(boot_id):
                 _LOG.error("station %s: the worker hangs, it is killed", self._spec.station)
                 process.kill()

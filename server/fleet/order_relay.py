@@ -19,6 +19,7 @@ from snapfit.server.pose_store import PoseStore
 LIMIT_S = 1.8
 """So long may the worker take to begin with an order, then it is taken back."""
 
+_BEGIN_WITHIN_S = 1.5  # the rest is for the frame that shows what was done
 _HEARD_S = 2.0
 _FORGOTTEN_S = 60.0  # later than any repetition of what is done already
 _KEPT = 32
@@ -28,6 +29,11 @@ _LOG = logging.getLogger(__name__)
 class _Waiting(NamedTuple):
     command: Command
     since_s: float
+
+    def told_as(self, number: int) -> Command:
+        """For the worker."""
+        told = {"number": number, "begin_by_s": self.since_s + _BEGIN_WITHIN_S}
+        return self.command.model_copy(update=told)
 
 
 @dataclass
@@ -136,12 +142,10 @@ class OrderRelay:
     def _write(self) -> None:
         """Tell the worker, if anything changed."""
         replicas = self._replicas.values()
-        pending = {here: it.command for each in replicas for here, it in each.pending.items()}
+        pending = {here: it for each in replicas for here, it in each.pending.items()}
         orders = Orders(
             run=self._run,
-            commands=tuple(
-                pending[here].model_copy(update={"number": here}) for here in sorted(pending)
-            ),
+            commands=tuple(pending[here].told_as(here) for here in sorted(pending)),
             boards=tuple(dict.fromkeys(board for each in replicas for board in each.boards)),
         )
         if orders == self._written:

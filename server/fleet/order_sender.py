@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import cast
+from typing import Any, cast
 
 import redis
 
@@ -16,6 +16,7 @@ _AGAIN_S = 0.5
 # may an order wait here, then so long in Redis, and then for `OrderRelay.LIMIT_S` at the worker.
 _PASS_ON_WITHIN_S = 0.5
 _VALID_S = 0.5
+_OF_THIS_MACHINE: dict[str, Any] = {"commands": {"__all__": {"begin_by_s"}}}  # its clock's
 # By the clock of Redis, the only one that all agree on: one that hung for some seconds does not
 # pass on what a client was told not to be done.
 _TELL_IN_TIME = """
@@ -64,7 +65,8 @@ class OrderSender:
             self._ahead_s = seconds + microseconds / 1e6 - time.monotonic()
         until_us = round(1e6 * (now_s + self._ahead_s + _VALID_S))
         orders = self._orders.model_copy(update={"commands": self._commands(now_s)})
-        told = tell(ORDERS, orders.model_dump_json().encode())
+        payload = orders.model_dump_json(exclude=_OF_THIS_MACHINE)
+        told = tell(ORDERS, payload.encode())
         heard: object = client.eval(_TELL_IN_TIME, 1, self._keys.to_worker, str(until_us), told)
         if heard == -1:
             self._ahead_s = None  # its clock was set, or it took too long: once more

@@ -41,6 +41,8 @@ from snapfit.server.supervisor import SupervisorStatus
 from snapfit.server.worker_spec import WorkerSpec
 
 _CLOCKS_DIFFER_S = 0.2
+# Clocks are compared by a few statuses, heard over more time than it takes to hear what has queued.
+_COMPARED, _COMPARED_OVER_S = 3, 3.0
 _LISTEN_S = 0.05
 _LOOK_S = 0.5
 _SNAPSHOTS_REMEMBERED = 256  # pictures are never as far behind
@@ -63,6 +65,8 @@ class Subscriber:
         self._keys = StationKeys(spec.station)
         self._clock = Clock(spec.wall_minus_monotonic_ns)
         self._clocks_differ = False
+        self._late_s: list[float] = []
+        self._late_since_s = 0.0
         self._store = store
         self._told = without_secrets(url)
         self._last = SupervisorStatus()
@@ -164,7 +168,16 @@ class Subscriber:
 
     def _compare_clocks(self, sent_at_us: int) -> None:
         """Ages are told by this machine's clock, of frames stamped by another one's."""
-        late_s = (self._clock.now_us() - sent_at_us) / 1e6
+        now_s = time.monotonic()
+        if not self._late_s:
+            self._late_since_s = now_s
+        self._late_s.append((self._clock.now_us() - sent_at_us) / 1e6)
+        over_s = now_s - self._late_since_s
+        if len(self._late_s) < _COMPARED or over_s < _COMPARED_OVER_S:
+            return
+        # A message may be held up, and only seem later for it: the quickest shows the clocks.
+        late_s = min(self._late_s)
+        self._late_s.clear()
         differ = abs(late_s) > _CLOCKS_DIFFER_S
         if differ and not self._clocks_differ:
             _LOG.warning(

@@ -76,8 +76,9 @@ async def _frames(station: Station, kind: Picture, picture: PictureMessage) -> A
             sent = picture.generation
             yield _PART % (len(picture.jpeg), picture.captured_at_us) + picture.jpeg + b"\r\n"
         await station.watch.change(_WAIT_S)
-        with contextlib.suppress(ProblemError):  # the worker may come back
-            picture = await station.picture(kind)
+        if not station.watch.is_ending:  # there may be no other picture to wait for
+            with contextlib.suppress(ProblemError):  # the worker may come back
+                picture = await station.picture(kind)
 
 
 async def _picture(station: Station, kind: Picture) -> Response:

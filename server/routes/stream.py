@@ -60,25 +60,25 @@ async def _send_all(
 ) -> int:
     """Until the client leaves, does not read, or the server ends: how to close."""
     sent = None
-    while not reading.done():
+    while not reading.done() and not station.watch.is_ending:
         moment = station.moment()
-        if moment is not None and moment != sent:
-            try:
-                view = query.view(station)
-            except ProblemError:  # the anchor has expired
-                return _POLICY
-            body = station.poses(view).body(station.now_us())
-            try:
-                async with asyncio.timeout(SEND_LIMIT_S):
-                    await websocket.send_text(body.decode())
-            except TimeoutError:
-                _LOG.warning("%s: a client that does not read is dropped", websocket.scope["path"])
-                websocket.app.state.metrics.dropped.inc()
-                return _TRY_AGAIN_LATER
-            sent = moment
-        await station.watch.change(_WAIT_S)
-        if station.watch.is_ending:
-            break
+        # Nobody was here to be woken by what came while the last one was sent.
+        if moment is None or moment == sent:
+            await station.watch.change(_WAIT_S)
+            continue
+        try:
+            view = query.view(station)
+        except ProblemError:  # the anchor has expired
+            return _POLICY
+        body = station.poses(view).body(station.now_us())
+        try:
+            async with asyncio.timeout(SEND_LIMIT_S):
+                await websocket.send_text(body.decode())
+        except TimeoutError:
+            _LOG.warning("%s: a client that does not read is dropped", websocket.scope["path"])
+            websocket.app.state.metrics.dropped.inc()
+            return _TRY_AGAIN_LATER
+        sent = moment
     return _GOING_AWAY
 
 

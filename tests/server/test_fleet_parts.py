@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import logging
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import redis
 
-from snapfit.server.clock import Clock
 from snapfit.server.errors import SettingsError, StoreError
+from snapfit.server.fleet import subscriber
 from snapfit.server.fleet.keys import STATUS, StationKeys, ToldStatus, pack, unpack
 from snapfit.server.fleet.link import Backoff, connect
 from snapfit.server.fleet.subscriber import Subscriber
@@ -21,6 +22,27 @@ from snapfit.server.supervisor import SupervisorStatus
 from snapfit.server.worker_spec import WorkerSpec
 
 SNAPFIT = str(Path(sys.executable).with_name("snapfit"))
+
+
+class Subscribed:
+    """A subscriber without Redis, in a time of its own."""
+
+    def __init__(self, subscriber: Subscriber, client: redis.Redis) -> None:
+        self.subscriber = subscriber
+        self.now_s = 1000.0
+        self._client = client
+
+    def monotonic(self) -> float:
+        return self.now_s
+
+    def now_us(self) -> int:
+        return round(self.now_s * 1e6)
+
+    def hear(self, ahead_us: int, after_s: float = 1.0) -> None:
+        """A status comes from a clock that is ahead, or was sent a while ago."""
+        self.now_s += after_s
+        told = ToldStatus(SupervisorStatus(), self.now_us() + ahead_us)
+        self.subscriber._hear(self._client, STATUS, told.dump())
 
 
 def test_delays_grow_up_to_a_limit() -> None:
@@ -69,31 +91,59 @@ def test_an_address_that_cannot_be_understood_is_refused_without_its_password() 
         connect(url).close()
 
 
-def test_clocks_that_differ_are_told_once(caplog: pytest.LogCaptureFixture) -> None:
-    clock = Clock.started_now()
+@pytest.fixture
+def subscribed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Subscribed]:
     spec = WorkerSpec(
         station="bench",
         source="demo",
         asset=None,
         method="icg",
         boot_id="",
-        wall_minus_monotonic_ns=clock.wall_minus_monotonic_ns,
+        wall_minus_monotonic_ns=0,
         poses_segment="",
         pictures_segment="",
     )
     store = PoseStore.create()
     client = connect("redis://127.0.0.1:1")
-    subscriber = Subscriber("redis://127.0.0.1:1", spec, store)
-    try:
-        with caplog.at_level(logging.WARNING):
-            for ahead_us in (0, 50_000, 3_000_000, 3_000_000, -3_000_000, 0):
-                told = ToldStatus(SupervisorStatus(), clock.now_us() + ahead_us)
-                subscriber._hear(client, STATUS, told.dump())
-    finally:
-        client.close()
-        store.close()
+    it = Subscribed(Subscriber("redis://127.0.0.1:1", spec, store), client)
+    monkeypatch.setattr(subscriber, "time", it)
+    monkeypatch.setattr(it.subscriber, "_clock", it)
+    yield it
+    client.close()
+    store.close()
+
+
+def test_clocks_that_differ_are_told_once(
+    subscribed: Subscribed, caplog: pytest.LogCaptureFixture
+) -> None:
+    for ahead_us in (0, 50_000, 3_000_000, -3_000_000, 0):
+        for _ in range(10):
+            subscribed.hear(ahead_us)
     assert len(caplog.records) == 1
     assert "differ by -3.00 s" in caplog.text
+
+
+def test_a_message_that_was_held_up_is_no_wrong_clock(
+    subscribed: Subscribed, caplog: pytest.LogCaptureFixture
+) -> None:
+    for _ in range(10):
+        for late_us in (750_000, 0, 400_000):
+            subscribed.hear(-late_us)
+    assert not caplog.records
+
+
+@pytest.mark.parametrize("before", range(5))
+def test_nor_are_those_that_queued_while_nobody_took_them(
+    subscribed: Subscribed, caplog: pytest.LogCaptureFixture, before: int
+) -> None:
+    for _ in range(before):
+        subscribed.hear(0)
+    subscribed.now_s += 10
+    for late_s in range(9, -1, -1):
+        subscribed.hear(-late_s * 1_000_000, after_s=0.001)
+    for _ in range(10):
+        subscribed.hear(0)
+    assert not caplog.records
 
 
 def snapfit(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from typing import cast
 
 import pytest
+import redis
 
 from snapfit.server import command_desk
 from snapfit.server.boards import ArucoMarker
 from snapfit.server.commands import Command, CommandKind, Orders, Outcome, Replies
 from snapfit.server.fleet import order_sender
+from snapfit.server.fleet.keys import ORDERS, StationKeys, heard
 from snapfit.server.fleet.order_relay import LIMIT_S, OrderRelay
+from snapfit.server.fleet.order_sender import OrderSender
 from snapfit.server.pose_store import PoseStore
 
 
@@ -82,9 +86,13 @@ def test_what_the_worker_does_not_begin_in_time_is_not_done(
     relayed: Relayed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     marker = ArucoMarker(kind="aruco", id=1, size_m=0.1)
+    now_s = time.monotonic()
+    monkeypatch.setattr(time, "monotonic", lambda: now_s)
     relayed.hear("a", 1, boards=(marker,))
     assert relayed.ordered().boards == (marker,)
-    now_s = time.monotonic()
+    (command,) = relayed.ordered().commands
+    assert command.begin_by_s is not None
+    assert now_s + 1 < command.begin_by_s < now_s + LIMIT_S
     monkeypatch.setattr(time, "monotonic", lambda: now_s + LIMIT_S)
     assert relayed.ordered().commands == ()
     assert relayed.relay.boards == (marker,)
@@ -97,6 +105,33 @@ def test_what_the_worker_does_not_begin_in_time_is_not_done(
 def test_the_three_waits_of_an_order_fit_into_the_one_of_its_client() -> None:
     waits_s = order_sender._PASS_ON_WITHIN_S + order_sender._VALID_S + LIMIT_S
     assert waits_s + 0.1 < command_desk._LIMIT_S
+
+
+class HeardByRedis:
+    """Takes what a replica tells."""
+
+    def __init__(self) -> None:
+        self.told = b""
+
+    def time(self) -> tuple[int, int]:
+        return 0, 0
+
+    def eval(self, _script: str, _n_keys: int, _key: str, _until_us: str, told: bytes) -> int:
+        self.told = told
+        return 1
+
+
+def test_when_to_begin_by_one_machines_clock_is_told_to_no_other(relayed: Relayed) -> None:
+    command = Command(number=1, kind=CommandKind.RESET, begin_by_s=time.monotonic() + 2.5)
+    orders = Orders(run="a", commands=(command,))
+    relayed.store.orders.write(orders.model_dump_json().encode())
+    client = HeardByRedis()
+    OrderSender(relayed.store, StationKeys("bench")).look(cast("redis.Redis", client))
+    assert b"begin_by_s" not in client.told
+    name, value = heard(client.told)
+    assert name == ORDERS
+    (told,) = Orders.model_validate_json(value).commands
+    assert told == command.model_copy(update={"begin_by_s": None})
 
 
 def test_orders_that_cannot_be_understood_are_told_once(

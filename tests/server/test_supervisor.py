@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Iterator
+from typing import cast
 
 import pytest
 from harness import is_alive, wait_for, with_tests
 
 from snapfit.server.clock import Clock
 from snapfit.server.pose_store import PoseStore
+from snapfit.server.schemas import Phase, WorkerReport
 from snapfit.server.supervisor import RestartPolicy, Supervisor, describe_exit
 from snapfit.server.worker_spec import WorkerSpec
 
@@ -62,6 +65,51 @@ def test_a_worker_that_hangs_is_killed_and_started_again(
         watched.close()
 
 
+class WatchedProcess:
+    """A worker that is looked at, and found silent for these times, until it is killed."""
+
+    def __init__(self, store: PoseStore, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.silent_for_s: list[float] = []
+        self.looks = 0
+        self.is_killed = False
+        self.stdin = None
+        monkeypatch.setattr(store, "silent_for_s", lambda: self.silent_for_s[self.looks - 1])
+
+    def wait(self, timeout_s: float) -> int:
+        self.looks += 1
+        if self.is_killed or self.looks > len(self.silent_for_s):
+            return -9 if self.is_killed else 0
+        raise subprocess.TimeoutExpired("worker", timeout_s)
+
+    def kill(self) -> None:
+        self.is_killed = True
+
+
+@pytest.mark.parametrize(
+    ("silent_for_s", "is_killed"),
+    [
+        ([0.1, 60.0, 0.1, 0.1], False),
+        ([60.0, 60.2, 60.4, 60.6, 0.1], False),  # its first frame after the freeze takes a while
+        ([0.1, 60.0, 0.1, 60.0, 0.1, 60.0, 0.1], False),
+        ([0.25 * look for look in range(20)], True),
+        ([60.0 + 0.25 * look for look in range(20)], True),
+    ],
+)
+def test_a_worker_that_was_frozen_along_with_the_server_is_left_alone(
+    store: PoseStore,
+    monkeypatch: pytest.MonkeyPatch,
+    silent_for_s: list[float],
+    is_killed: bool,
+) -> None:
+    watched = supervisor(store, RestartPolicy(silence_limit_s=2.0))
+    report = WorkerReport(boot_id="boot", phase=Phase.RUNNING, message="tracking")
+    store.reports.write(report.model_dump_json().encode())
+    process = WatchedProcess(store, monkeypatch)
+    process.silent_for_s = silent_for_s
+    watched._wait(cast("subprocess.Popen[bytes]", process), "boot")
+    assert process.is_killed == is_killed
+
+
 def test_a_worker_that_is_refused_at_first_is_left_alone(
     store: PoseStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -94,8 +142,10 @@ def test_closing_waits_for_no_delay(store: PoseStore, monkeypatch: pytest.Monkey
     store.snapshots.write(b"{}")
     watched = supervisor(store, RestartPolicy(first_delay_s=30))
     watched.start()
-    wait_for(lambda: watched.status.last_exit)
-    watched.close()
+    try:
+        wait_for(lambda: watched.status.last_exit)
+    finally:
+        watched.close()
     assert watched.status.pid is None
 
 
