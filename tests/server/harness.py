@@ -79,7 +79,8 @@ def left_behind() -> set[str]:
     for maps in Path("/proc").glob("[0-9]*/maps"):
         with suppress(OSError):
             names -= set(re.findall(r"/dev/shm/(snapfit-\w+)", maps.read_text()))
-    return names
+    # Whoever used it may have removed it since it was listed.
+    return names & segments()
 
 
 def is_alive(pid: int) -> bool:

@@ -20,6 +20,7 @@ from snapfit.server.pipeline import Pipeline
 from snapfit.server.worker_spec import WorkerSpec
 
 N_FRAMES = 24
+MOST_WAITING = 10
 STEP = Pose.exp([0.0015, -0.002, 0.001, 0.0004, -0.0002, 0.0003])
 
 
@@ -65,7 +66,10 @@ def opened(source: Path, asset: Path | str, record: Path | None, **given: str) -
 
 
 def play(pipeline: Pipeline, n_frames: int, pause_s: float = 0.0) -> int:
-    """Tracks so many frames, as the worker's loop does; how many poses came out."""
+    """Tracks so many frames, as the worker's loop does; how many poses came out.
+
+    All of them are written: a recorder that is held up is waited for.
+    """
     stop, n_poses = threading.Event(), 0
     for _ in range(n_frames):
         frame = pipeline.source.read()
@@ -73,7 +77,14 @@ def play(pipeline: Pipeline, n_frames: int, pause_s: float = 0.0) -> int:
         result = pipeline.tracker.track(frame)
         n_poses += sum(each.camera_from_body is not None for each in result.parts)
         stop.wait(pause_s)
+        while _images_waiting(pipeline) > MOST_WAITING:
+            stop.wait(0.01)
     return n_poses
+
+
+def _images_waiting(pipeline: Pipeline) -> int:
+    waiting: int = pipeline.recording._recording._n_images  # type: ignore[union-attr]
+    return waiting
 
 
 def main() -> None:

@@ -11,6 +11,7 @@ and what else is to happen:
     marker (an ArUco marker is seen)
     camera (a live camera, see scripted_camera)
     sways (it is seen, and parts go to and fro instead of away)
+While there is the file that SCRIPTED_HOLD names, nothing that is looked for is found.
 Where the station shall record, it does; with `loose` or `slow-frames`, because its asset lies in
 no folder.
 """
@@ -140,7 +141,7 @@ class ScriptedTracker:
 
     def _estimate(self, name: str, place: int, elapsed_s: float) -> PartEstimate:
         if self._searched.get(name, 0) > 0:
-            self._searched[name] -= 1
+            self._searched[name] -= not _is_held()
             return PartEstimate(name, Status.SEARCHING, 0.0, None)
         is_shown = self._fault == "assembles" and elapsed_s % 0.6 > 0.3
         if name == LOST_PART and not is_shown:
@@ -157,6 +158,11 @@ class ScriptedTracker:
         return PartEstimate(name, Status.TRACKED, 0.97, pose, covariance, 1.0, parent)
 
 
+def _is_held() -> bool:
+    hold = os.environ.get("SCRIPTED_HOLD")
+    return hold is not None and Path(hold).exists()
+
+
 class ScriptedFinding:
     """Finds whatever the tracker looks for; it counts nothing."""
 
@@ -171,7 +177,8 @@ def open_pipeline(spec: WorkerSpec, report: Report) -> Pipeline:
     if fault == "refused":
         raise SourceError(f"{spec.source}: no such folder")
     if fault == "slow-start":
-        for share in np.linspace(0, 1, 41):
+        # A minute: nobody shall come too late to see it start.
+        for share in np.linspace(0, 1, 1201):
             report("generating viewpoint models", float(share))
             time.sleep(0.05)
 

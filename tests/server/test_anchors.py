@@ -265,10 +265,15 @@ def request(convention: Convention, world_from_marker: Pose, **more: Any) -> dic
 @pytest.mark.parametrize("convention", Convention)
 def test_poses_are_served_in_the_headsets_world(bench: Server, convention: Convention) -> None:
     body = request(convention, WORLD_FROM_CAMERA @ CAMERA_FROM_MARKER, restart=True)
-    answer = bench.client.put(PATH, json=body)
-    assert answer.status_code in (200, 201)
-    info = AnchorInfo.model_validate_json(answer.content)
-    assert (info.aligned, info.frame, info.samples) == (True, "anchor:headset", 1)
+
+    def put() -> AnchorInfo:
+        answer = bench.client.put(PATH, json=body)
+        assert answer.status_code in (200, 201)
+        return AnchorInfo.model_validate_json(answer.content)
+
+    # A camera that is held up sees the board after the answer.
+    info = wait_for(lambda: (it := put()).aligned and it)
+    assert (info.frame, info.samples) == ("anchor:headset", 1)
     assert info.drift is not None
     assert info.drift.translation_m < 0.01
 
@@ -314,6 +319,7 @@ def test_an_event_tells_that_worlds_drift_apart(bench: Server) -> None:
     here = WORLD_FROM_CAMERA @ CAMERA_FROM_MARKER
     for _ in range(5):
         bench.client.put(path, json=request(Convention.OPENXR, here))
+    wait_for(lambda: bench.get(path).json()["aligned"])
     client = EventClient(bench)
     shifted = Pose.from_translation(0.1, 0, 0) @ here
     info = bench.client.put(path, json=request(Convention.OPENXR, shifted)).json()
@@ -326,11 +332,11 @@ def test_an_event_tells_that_worlds_drift_apart(bench: Server) -> None:
 
 def test_a_board_that_nobody_sees_is_not_aligned(server: Server) -> None:
     begin_s = time.monotonic()
-    body = {**request(Convention.OPENCV, Pose.identity()), "ttl_s": 5}
+    body = {**request(Convention.OPENCV, Pose.identity()), "ttl_s": 60}
     answer = server.client.put(PATH, json=body)
     assert (answer.status_code, answer.json()["aligned"]) == (201, False)
     assert answer.json()["world_from_camera"] is None
-    assert time.monotonic() - begin_s < within(4)
+    assert time.monotonic() - begin_s < within(20)
     for path in ("/v1/poses", "/v1/steps"):
         problem = assert_problem(server.get(f"{path}?frame=anchor:headset"), 409, path)
         assert problem["type"] == "urn:snapfit:problem:anchor-not-aligned"

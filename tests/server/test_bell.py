@@ -9,7 +9,7 @@ import pytest
 from snapfit.server.bell import Bell
 from snapfit.server.watch import Moment, Watch
 
-SOON_S, LONG_S = 0.02, 5.0
+SOON_S, LONG_S = 0.02, 60.0
 
 
 def test_everybody_who_waits_is_woken_in_order() -> None:
@@ -65,8 +65,19 @@ class Bench:
 
     def __init__(self) -> None:
         self.moment: Moment | None = Moment("a", 1, False, 1)
-        self.event = 0
-        self.watch = Watch(lambda: self.moment, lambda: None, lambda: self.event)
+        self.event = self.looks = 0
+        self.watch = Watch(lambda: self.moment, lambda: None, self._latest)
+
+    def _latest(self) -> int:
+        """Asked once a look."""
+        self.looks += 1
+        return self.event
+
+    async def _looked_again(self) -> None:
+        """Until whoever was to be woken by one look has had the time until the next one."""
+        until = self.looks + 2
+        while self.looks < until:
+            await asyncio.sleep(0.001)
 
     async def woken(self, moment: Moment | None, event: int = 0) -> tuple[bool, bool, bool]:
         """Whether that wakes who waits for a snapshot, for an assembly, for an event."""
@@ -76,10 +87,10 @@ class Bench:
             asyncio.create_task(self.watch.revision_after("a", 1, LONG_S)),
             asyncio.create_task(self.watch.event(LONG_S)),
         ]
-        await asyncio.sleep(SOON_S)
+        await self._looked_again()
         assert not any(task.done() for task in waiting)
         self.moment, self.event = moment, event
-        await asyncio.sleep(SOON_S)
+        await self._looked_again()
         done = [task.done() for task in waiting]
         for task in (running, *waiting):
             task.cancel()

@@ -16,6 +16,7 @@ pytest.importorskip("onnx", reason="onnx is not installed: snapfit[test]")
 
 from found_scene import FOUND, POSES, write_bundle, write_recording
 from harness import Server, wait_for
+from patience import within
 from typer.testing import CliRunner
 
 from snapfit.server.cli.main import app
@@ -159,17 +160,22 @@ def test_a_server_records_and_tells_of_it(tmp_path: Path) -> None:
         health = wait_for(
             lambda: (it := server.worker()["recording"]) and it["frames"] > 20 and it, 120
         )
-        assert (health["dropped"], health["problem"]) == (0, None)
+        assert health["problem"] is None
         assert health["megabytes"] > 0
     finally:
         code, _, err = server.end()
-    assert (code, err) == (0, "")
+    assert code == 0
     (path,) = folder.glob("bench-1-*.mcap")
     assert health["file"] == str(path)
     with closing(OpenRecording(path)) as opened:
         assert opened.problem is None
         assert opened.station.method == "icg"
         assert len(opened.results) > 20
+        n_unrecorded = opened.n_unrecorded
+    if n_unrecorded:  # its thread was held up for seconds, and says so
+        assert err.count("\n") == err.count("there is no time to write all frames") == 1
+        return
+    assert (health["dropped"], err) == (0, "")
     code, told = snapfit("replay", path)
     assert code == 0, told
     assert "all the same, bit for bit" in told
@@ -183,7 +189,9 @@ def test_a_server_that_cannot_record_ends_with_the_folder(tmp_path: Path) -> Non
     server = Server(
         command=[SNAPFIT, "serve", "--config", str(tmp_path / "snapfit.toml"), "--port"]
     )
-    server.process.wait(timeout=120)
-    code, _, err = server.end()
+    try:
+        server.process.wait(within(120))
+    finally:
+        code, _, err = server.end()
     assert code == 2
     assert f"{tmp_path / 'file' / 'inside'}: cannot be made" in err

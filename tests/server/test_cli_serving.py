@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import orjson
-from harness import left_behind
+from harness import left_behind, wait_for
 
 from snapfit.server.app import create_app
 from snapfit.server.settings import Settings
@@ -49,7 +49,7 @@ def test_a_port_in_use_is_one_clear_line(tmp_path: Path) -> None:
             assert done.stderr.count("\n") == 1
             assert f"port {port} on 127.0.0.1 is in use" in done.stderr
             assert "--port" in done.stderr
-    assert left_behind() <= before
+    wait_for(lambda: left_behind() <= before)
 
 
 def test_a_host_that_is_not_here_is_one_clear_line() -> None:

@@ -15,7 +15,7 @@ from snapfit.server.pose_store import PoseStore
 from snapfit.server.watch import Moment, Watch
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no event loop hears pipes there")
-LONG_S = 5.0
+LONG_S = 60.0
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from fleet import (
     replica,
     working,
 )
-from harness import Server, is_alive, segments, segments_of, wait_for
+from harness import Server, is_alive, once_there, segments, segments_of, wait_for
 from patience import within
 from scripted_pipeline import PART_NAMES
 
@@ -39,25 +39,40 @@ def info(server: Server) -> dict[str, Any]:
     return found
 
 
+def worker_pid(server: Server) -> int:
+    """Once it is heard of."""
+    pid: int = wait_for(lambda: info(server)["worker"]["pid"])
+    return pid
+
+
+def young_snapshot(server: Server) -> PoseSnapshot | None:
+    """Where it came through without being held up."""
+    snapshot = PoseSnapshot.model_validate_json(server.get("/v1/poses").content)
+    return snapshot if snapshot.age_us < 200_000 else None
+
+
+def are_close(one: Server, two: Server) -> bool:
+    first, second = (server.get("/v1/poses").json() for server in (one, two))
+    assert first["boot_id"] == second["boot_id"]
+    return abs(first["seq"] - second["seq"]) < 10
+
+
 def test_two_replicas_serve_what_one_machine_tracks(redis: Redis, tmp_path: Path) -> None:
     with replica(redis.url) as one, replica(redis.url) as two:
         assert one.get("/v1/poses").status_code == 503
-        assert "no worker has the lease" in info(one)["worker"]["message"]
+        wait_for(lambda: "no worker has the lease" in info(one)["worker"]["message"])
         with working(tmp_path, redis.url):
             for server in (one, two):
                 wait_for(lambda server=server: is_fresh(server))
-                snapshot = PoseSnapshot.model_validate_json(server.get("/v1/poses").content)
+                snapshot = wait_for(lambda server=server: young_snapshot(server))
                 assert [part.part for part in snapshot.parts] == list(PART_NAMES)
-                assert snapshot.age_us < 200_000
-                assert server.get("/readyz").status_code == 200
-                picture = server.get("/v1/overlay.jpg")
+                wait_for(lambda server=server: server.get("/readyz").status_code == 200)
+                picture = once_there(lambda server=server: server.get("/v1/overlay.jpg"))
                 assert picture.status_code == 200
                 assert picture.content.startswith(b"\xff\xd8")
-                worker = wait_for(lambda server=server: info(server)["facts"] and info(server))
-                assert worker["worker"]["phase"] == "running"
-            first, second = (server.get("/v1/poses").json() for server in (one, two))
-            assert first["boot_id"] == second["boot_id"]
-            assert abs(first["seq"] - second["seq"]) < 10
+                wait_for(lambda server=server: info(server)["facts"])
+                wait_for(lambda server=server: info(server)["worker"]["phase"] == "running")
+            wait_for(lambda: are_close(one, two))
 
 
 def test_a_worker_that_ends_gives_its_station_up_at_once(redis: Redis, tmp_path: Path) -> None:
@@ -78,10 +93,10 @@ def test_a_worker_that_ends_gives_its_station_up_at_once(redis: Redis, tmp_path:
 def test_a_machine_that_is_gone_loses_its_lease(redis: Redis, tmp_path: Path) -> None:
     with replica(redis.url) as server, working(tmp_path, redis.url) as machine:
         wait_for(lambda: is_fresh(server))
-        worker = info(server)["worker"]["pid"]
+        worker = worker_pid(server)
         machine.end(signal.SIGKILL)
         wait_for(lambda: "no worker has the lease" in info(server)["worker"]["message"], 10)
-        assert info(server)["stale"]
+        wait_for(lambda: info(server)["stale"])
         wait_for(lambda: not is_alive(worker), 10)
         with working(tmp_path, redis.url):
             wait_for(lambda: is_fresh(server))
@@ -91,10 +106,13 @@ def test_a_worker_that_dies_is_told_of_at_once(redis: Redis, tmp_path: Path) -> 
     with replica(redis.url) as server, working(tmp_path, redis.url):
         wait_for(lambda: is_fresh(server))
         before = server.get("/v1/poses").json()["boot_id"]
-        os.kill(info(server)["worker"]["pid"], signal.SIGKILL)
-        wait_for(lambda: not is_fresh(server), 3)
-        wait_for(lambda: is_fresh(server), 10)
-        assert server.get("/v1/poses").json()["boot_id"] != before
+        os.kill(worker_pid(server), signal.SIGKILL)
+
+        def is_anew() -> bool:
+            return server.get("/v1/poses").json()["boot_id"] != before
+
+        wait_for(lambda: not is_fresh(server) or is_anew())
+        wait_for(lambda: is_anew() and is_fresh(server))
         worker = wait_for(lambda: (it := info(server)["worker"])["restarts"] == 1 and it)
         assert worker["last_exit"] == "was killed by SIGKILL"
 
@@ -105,7 +123,7 @@ def test_a_second_machine_waits_and_takes_over(redis: Redis, tmp_path: Path) -> 
         wait_for(lambda: is_fresh(server))
         boot_id = server.get("/v1/poses").json()["boot_id"]
         with working(tmp_path / "second", redis.url) as second:
-            time.sleep(3)
+            wait_for(lambda: "is published by" in second.said.read()[1])
             assert server.get("/v1/poses").json()["boot_id"] == boot_id
             first.end(signal.SIGKILL)
             wait_for(lambda: server.get("/v1/poses").json()["boot_id"] != boot_id, 12)
@@ -119,7 +137,7 @@ def statuses_while(server: Server, seconds: float) -> dict[str, set[Any]]:
     """What is answered during some seconds: statuses by path, and whether poses are stale."""
     seen: dict[str, set[Any]] = {"stale": set()}
     end_s = time.monotonic() + seconds
-    while time.monotonic() < end_s:
+    while not seen["stale"] or time.monotonic() < end_s:
         for path in ("/v1/poses", "/v1/poses/jaw", "/v1/stations", "/healthz", "/readyz"):
             answer = server.get(path)
             seen.setdefault(path, set()).add(answer.status_code)
@@ -139,7 +157,7 @@ def test_the_api_outlives_ten_seconds_of_a_redis_that_hangs(tmp_path: Path) -> N
     with redis_server() as redis, working(tmp_path, redis.url) as machine:
         with replica(redis.url) as server:
             wait_for(lambda: is_fresh(server))
-            worker = info(server)["worker"]
+            worker = wait_for(lambda: (it := info(server)["worker"])["pid"] and it)
             redis.signal(signal.SIGSTOP)
             begin_s = time.monotonic()
             # It is in the socket of a Redis that will read it when it goes on.
@@ -153,19 +171,19 @@ def test_the_api_outlives_ten_seconds_of_a_redis_that_hangs(tmp_path: Path) -> N
             back_at_s = time.monotonic()
             assert_only_known_values(statuses_while(server, 1))
             wait_for(lambda: is_fresh(server), 12)
-            assert time.monotonic() - back_at_s < within(12)
-            after = info(server)["worker"]
+            assert time.monotonic() - back_at_s < within(30)
             # The worker went on all the while, and what was refused is not done now.
-            assert (after["pid"], after["restarts"]) == (worker["pid"], worker["restarts"])
+            assert worker_pid(server) == worker["pid"]
+            assert info(server)["worker"]["restarts"] == worker["restarts"]
             wait_for(lambda: server.get("/readyz").status_code == 200, 10)
             assert server.get("/v1/assembly").json()["state"] == "free"
             _, _, err = server.end()
         assert "Traceback" not in err
-        assert err.count("trying again") <= 2
+        assert err.count("trying again") <= 3
         code, _, err = machine.end()
     assert code == 0
     assert "Traceback" not in err
-    assert err.count("trying again") <= 2
+    assert err.count("trying again") <= 3
 
 
 def test_a_replica_may_start_before_redis(tmp_path: Path) -> None:
@@ -185,7 +203,9 @@ def test_a_replica_ends_cleanly(redis: Redis) -> None:
     with replica(redis.url) as server:
         own = segments_of(server.process.pid)
         code, _, err = server.end()
-        assert (code, err) == (0, "")
+        # A Redis that is held up for a second is told of, which is no fault of the end.
+        told = [line for line in err.splitlines() if "trying again" not in line]
+        assert (code, told) == (0, [])
         assert len(own) == 2
         assert not own & segments()
 

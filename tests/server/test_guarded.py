@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import statistics
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
 import pytest
-from harness import Server, running, wait_for
+from harness import Server, once_there, running, wait_for
+from patience import within
 
 from snapfit.clients.python import Client, KeyNeededError, RoleNeededError, WrongKeyError
 from snapfit.server.schemas_base import Problem
@@ -75,7 +77,8 @@ def test_what_holds_no_secret_is_open(guarded: Guarded, path: str) -> None:
 
 def test_a_key_opens(guarded: Guarded) -> None:
     for path in ("/v1/poses", "/v1/poses/jaw", "/v1/frame.jpg"):
-        assert guarded.server.get(path, headers=guarded.reader).status_code == 200
+        answer = once_there(lambda path=path: guarded.server.get(path, headers=guarded.reader))
+        assert answer.status_code == 200
 
 
 def test_who_reads_does_not_operate(guarded: Guarded) -> None:
@@ -112,7 +115,7 @@ def test_a_browser_gets_a_session_for_its_key(guarded: Guarded) -> None:
         cookie = answer.headers["set-cookie"]
         assert {"HttpOnly", "SameSite=Strict", "Path=/"} <= set(cookie.split("; "))
         assert guarded.key not in cookie
-        assert browser.get("/v1/frame.jpg").status_code == 200
+        assert once_there(lambda: browser.get("/v1/frame.jpg")).status_code == 200
         assert_problem(browser.post("/v1/poses"), 403, "role-needed")
         assert browser.delete("/v1/session").status_code == 204
         assert_problem(browser.get("/v1/poses"), 401, "key-needed")
@@ -181,7 +184,9 @@ def test_who_guesses_has_to_wait_and_others_have_not(guarded: Guarded) -> None:
 
 def test_a_polling_headset_is_not_slowed_by_its_key(guarded: Guarded) -> None:
     with guarded.anew() as client:
-        begin_s = time.perf_counter()
+        durations_s = []
         for _ in range(400):
+            begin_s = time.perf_counter()
             assert client.get("/v1/poses", headers=guarded.reader).status_code == 200
-        assert time.perf_counter() - begin_s < 10  # 40 ms of hashing each would take 16
+            durations_s.append(time.perf_counter() - begin_s)
+        assert statistics.median(durations_s) < within(0.02)  # hashing would take 40 ms in each

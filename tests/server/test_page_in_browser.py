@@ -10,6 +10,7 @@ import os
 import re
 import signal
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -186,9 +187,11 @@ def test_it_gets_by_without_websockets_streams_and_webgl(browser: Browser, bench
     with looking(browser, bench.port, live=False) as it:
         it.add_init_script(poor)
         it.route("**/overlay.mjpeg", lambda route: route.abort())
-        with it.expect_response(re.compile(r"/overlay\.jpg")) as picture:
+        # The first one may be too late for a worker that is held up.
+        with it.expect_response(
+            lambda answer: "/overlay.jpg" in answer.url and answer.status == 200
+        ):
             it.reload()
-        assert picture.value.status == 200
         it.wait_for_selector('#state[data-state="running"]')
         expect(it.locator("#transport")).to_have_text("long-poll")
         assert it.locator("#stage").get_attribute("data-webgl") == "false"
@@ -205,7 +208,8 @@ def test_it_says_when_worker_or_server_is_gone(browser: Browser) -> None:
             it.wait_for_selector('[data-banner="stale"][role="alert"]')
             expect(it.locator('[data-banner="stale"]')).to_contain_text("Do not rely")
             assert it.locator("body").get_attribute("data-stale") == "true"
-            os.kill(pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):  # by now it may have
+                os.kill(pid, signal.SIGKILL)
             it.wait_for_selector('[data-banner="stale"]', state="detached")
             server.process.send_signal(signal.SIGKILL)
             it.wait_for_selector('[data-banner="unreachable"][role="alert"]')

@@ -49,7 +49,7 @@ def killed(scene: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -
             if min(map(int, line.split())) >= FRAMES_BEFORE_THE_KILL:
                 process.kill()
                 break
-        assert process.wait(60) == -signal.SIGKILL
+        assert process.wait(within(60)) == -signal.SIGKILL
     (path,) = folder.glob("*.mcap")
     return path
 
@@ -184,8 +184,7 @@ def test_jpeg_says_what_it_gives_up(scene: tuple[Path, Path], tmp_path: Path) ->
     source, bundle = scene
     for color in ("png", "jpeg"):
         pipeline = opened(source, bundle, tmp_path / color, record_color=color)
-        # A machine in use has to have time to write every frame.
-        play(pipeline, 25, pause_s=within(0.05))
+        play(pipeline, 25, pause_s=0.05)
         pipeline.close()
     sizes = {path.parent.name: path.stat().st_size for path in tmp_path.glob("*/*.mcap")}
     assert sizes["jpeg"] < 0.7 * sizes["png"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ DOCUMENT = Path(__file__).parents[2] / "openapi" / "openapi.json"
 # Streams never end.
 SCHEMA = schemathesis.openapi.from_path(DOCUMENT).exclude(path_regex=r"(events|\.mjpeg)$")
 REQUESTS = 2000
+TRIES = 5
+LATE = ("no-picture", "worker-unavailable", "not-ready")
 # A quaternion's length, and markers that fit a board, are rules that JSON Schema cannot express.
 RULES_BETWEEN_NUMBERS = "/anchors/{anchor}"
 EASY = settings(
@@ -41,14 +44,23 @@ def check(case: Any, target: Server) -> None:
     excluded = [schemathesis.checks.ignored_auth]
     if case.path.endswith(RULES_BETWEEN_NUMBERS):
         excluded.append(schemathesis.checks.positive_data_acceptance)
-    response = case.call_and_validate(
-        base_url=f"http://127.0.0.1:{target.port}",
-        excluded_checks=excluded,
-        timeout=70,
-    )
-    assert response.status_code < 500 or response.status_code == 503
+    response = answer_of(case, target)
+    case.validate_response(response, excluded_checks=excluded)
     if response.status_code >= 400:
         assert response.headers["content-type"] == ["application/problem+json"]
+
+
+def answer_of(case: Any, target: Server) -> Any:
+    """Once it is not late: on a busy machine it may say so, and ask to come again."""
+    for last in (*[False] * (TRIES - 1), True):
+        response = case.call(base_url=f"http://127.0.0.1:{target.port}", timeout=70)
+        is_late = response.status_code == 503 and any(
+            f"problem:{it}" in response.text for it in LATE
+        )
+        if last or not is_late:
+            return response
+        time.sleep(1)
+    raise AssertionError("never reached: the last answer is returned")
 
 
 def float_or_none(value: Any) -> float | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import orjson
 import pytest
@@ -39,11 +41,12 @@ def only_part(of: PoseSnapshot) -> PartPose:
 def test_every_field_is_said() -> None:
     pose = Pose.exp([0.1, -0.2, 0.3, 0.01, 0.02, 0.7])
     covariance = np.arange(36, dtype=np.float64).reshape(6, 6)
+    before_us = CLOCK.now_us()
     got = snapshot(writer(), tracked(pose, covariance=covariance))
     assert (got.station, got.asset, got.boot_id, got.seq) == ("bench", "clamp", "boot", 1)
     assert (got.frame, got.convention, got.stale) == ("camera", "opencv", False)
     assert got.captured_at_us == 1_000_000
-    assert abs(got.published_at_us - CLOCK.now_us()) < 1e6
+    assert before_us <= got.published_at_us <= CLOCK.now_us()
     part = only_part(got)
     assert (part.part, part.status, part.confidence) == ("jaw", "tracked", 0.9)
     np.testing.assert_allclose(part.position or [], pose.translation, rtol=1e-6)
@@ -151,6 +154,8 @@ def test_a_covariance_that_is_not_finite_is_not_said() -> None:
 
 def test_the_clock_never_follows_a_jump_of_the_wall_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock.started_now()
+    begin_ns = time.monotonic_ns()
     before_us = clock.now_us()
     monkeypatch.setattr("time.time_ns", lambda: 0)
-    assert 0 <= clock.now_us() - before_us < 1e6
+    passed_us = clock.now_us() - before_us
+    assert 0 <= passed_us <= (time.monotonic_ns() - begin_ns) / 1000 + 1
