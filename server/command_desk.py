@@ -67,7 +67,7 @@ class CommandDesk:
             # Done or not, a worker that comes later shall not do it.
             self._pending.remove(command)
             self._write()
-        # It may have been done while it was taken back.
+        # It may have been done while this process was held up, or while it was taken back.
         outcome = outcome or self._told(command.number)
         if outcome is None:
             raise self._unavailable(f"it did not answer within {_LIMIT_S:g} s")
@@ -80,17 +80,13 @@ class CommandDesk:
     async def _outcome(self, number: int) -> Outcome | None:
         give_up_at_s = time.monotonic() + _LIMIT_S
         seen = -1
-        is_last = False
-        while not is_last:
-            # Before the look: whoever was held up until after the limit looks once more.
-            is_last = time.monotonic() >= give_up_at_s
+        while time.monotonic() < give_up_at_s:
             if self._store.replies.latest != seen:
                 seen = self._store.replies.latest
                 outcome = self._told(number)
                 if outcome is not None:
                     return outcome
-            if not is_last:
-                await asyncio.sleep(_PERIOD_S)
+            await asyncio.sleep(_PERIOD_S)
         return None
 
     def _told(self, number: int) -> Outcome | None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from harness import HERE, Said, Server, free_port, wait_for, with_tests
+from harness import HERE, Said, Server, free_port, wait_for, wait_or_kill, with_tests
 from patience import within
 
 from snapfit.models.cache import CACHE_VARIABLE
@@ -87,12 +87,7 @@ class WorkerMachine:
         """Exit code, standard output, standard error."""
         if self.process.poll() is None:
             self.process.send_signal(number)
-        try:
-            self.process.wait(within(60))
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-            raise
+        wait_or_kill(self.process)
         return self.process.returncode, *self.said.read()
 
 

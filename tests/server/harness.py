@@ -119,6 +119,22 @@ def _nameless_file() -> int:
     return file
 
 
+def wait_or_kill(process: subprocess.Popen[bytes]) -> None:
+    """Until it has ended; one that does not end in time is killed, and that is an error."""
+    try:
+        process.wait(within(END_LIMIT_S))
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+        raise
+
+
+def dropped_clients(server: Server) -> float:
+    """How many were dropped because they did not read."""
+    text = server.get("/metrics").text
+    return float(text.partition("\nsnapfit_dropped_clients_total ")[2].split()[0])
+
+
 class Server:
     """A running server."""
 
@@ -166,12 +182,7 @@ class Server:
         self.client.close()
         if self.process.poll() is None:
             self.process.send_signal(number)
-        try:
-            self.process.wait(within(END_LIMIT_S))
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-            raise
+        wait_or_kill(self.process)
         if self._last is None:
             self._last = self.said.read()
             self.said.close()

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import scripted_camera
 from event_client import EventClient
-from harness import Server, running, wait_for
+from harness import Server, dropped_clients, running, wait_for
 from patience import within
 
 SILENT_S = 5.0
@@ -90,21 +90,16 @@ def last_problem(station: Server) -> str | None:
 def test_who_does_not_read_the_film_is_dropped_and_tracking_goes_on(station: Server) -> None:
     """Here, because this camera's noise fills what the system buffers in a second."""
     ask = b"GET /v1/overlay.mjpeg HTTP/1.1\r\nHost: x\r\n\r\n"
-    before = dropped(station)
+    before = dropped_clients(station)
     with socket.create_connection(("127.0.0.1", station.port), timeout=5) as client:
         client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         client.sendall(ask)
         ages_us = []
         give_up_at_s = time.monotonic() + within(60)
-        while dropped(station) == before:
+        while dropped_clients(station) == before:
             assert time.monotonic() < give_up_at_s
             ages_us.append(station.get("/v1/poses").json()["age_us"])
             time.sleep(0.05)
-    assert dropped(station) == before + 1
+    assert dropped_clients(station) == before + 1
     assert sorted(ages_us)[len(ages_us) // 2] < 200_000 * within(1)
     wait_for(lambda: not station.get("/v1/poses").json()["stale"])
-
-
-def dropped(station: Server) -> float:
-    text = station.get("/metrics").text
-    return float(text.partition("\nsnapfit_dropped_clients_total ")[2].split()[0])

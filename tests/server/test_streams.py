@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from harness import Server, running, wait_for
+from harness import Server, dropped_clients, running, wait_for
 from patience import within
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
@@ -106,7 +106,7 @@ def test_a_client_that_never_reads_is_dropped_and_nobody_else_notices() -> None:
         begin_s = time.monotonic()
         with stream(server) as connection:
             got = take(connection, 30)
-            while dropped(server) < 3:
+            while dropped_clients(server) < 3:
                 assert time.monotonic() - begin_s < within(120)
                 got += take(connection, 30)
         assert np.percentile([it["age_us"] for it in got], 90) < 1e5 * within(1)
@@ -118,11 +118,6 @@ def test_a_client_that_never_reads_is_dropped_and_nobody_else_notices() -> None:
         _, _, err = server.end()
         assert err.count("/v1/stream: a client that does not read is dropped") == 3
         assert "Traceback" not in err
-
-
-def dropped(server: Server) -> float:
-    text = server.get("/metrics").text
-    return float(text.partition("\nsnapfit_dropped_clients_total ")[2].split()[0])
 
 
 def read_to_the_end(client: socket.socket) -> None:
